@@ -1,0 +1,51 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/pose.h"
+
+namespace geocage::hands {
+
+using geometry::Pose;
+using geometry::Vec3;
+
+/// One joint of a tree: X_PC(q) = X_PJ * motion(axis_J, q).
+struct Joint {
+  enum class Type { fixed, revolute, prismatic };
+  std::string name;
+  Type type = Type::fixed;
+  int parent_link = 0, child_link = 0;
+  Pose X_PJ = Pose::Identity();
+  Vec3 axis_J = Vec3::UnitZ();
+  int dof = 0;                              ///< index into q; meaningful unless fixed
+  double multiplier = 1, offset_rad = 0;    ///< joint value = multiplier * q[dof] + offset (mimic joints)
+  double lower_rad = 0, upper_rad = 0;      ///< metres for prismatic joints
+  double velocity_limit_rad_s = 0, effort_limit_nm = 0;
+};
+
+/// A kinematic tree from a URDF: constant after loading. Links and joints are in topological order, parents first;
+/// link 0 is the base H. q holds the independent joints in the order of `dof_names`.
+struct KinematicTree {
+  std::vector<std::string> links;
+  std::vector<Joint> joints;          ///< joint i moves link i + 1
+  std::vector<std::string> dof_names;
+  Eigen::VectorXd lower_rad, upper_rad, velocity_limit_rad_s, effort_limit_nm;
+
+  int dofs() const { return static_cast<int>(dof_names.size()); }
+  int link(const std::string& name) const;  ///< UserError when there is none
+  int dof(const std::string& name) const;   ///< UserError when there is none
+};
+
+/// Errors (UserError, configuration): not a URDF, cycle, unknown link, limits reversed, mimic of itself or of nobody.
+KinematicTree read_urdf(const std::filesystem::path& file);
+
+/// X_HL of every link. `X_HL` is resized on first use only. O(links).
+void forward_kinematics(const KinematicTree& tree, const Eigen::VectorXd& q, std::vector<Pose>& X_HL);
+
+/// dp_H/dq of a point fixed in `link` at p_H, 3 x dofs, from poses that forward_kinematics filled. O(depth).
+void point_jacobian(const KinematicTree& tree, const std::vector<Pose>& X_HL, int link, const Vec3& p_H,
+                    Eigen::Ref<Eigen::Matrix3Xd> jacobian);
+
+}  // namespace geocage::hands

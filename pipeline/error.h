@@ -1,0 +1,30 @@
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace geocage::pipeline {
+
+/// Who has to act; the value is the program's exit code.
+enum class Fault { configuration = 2, input = 3, geometry = 4, store = 5 };
+
+/// A mistake that the user can mend: where (file, element), one sentence, and a hint what to do.
+class UserError : public std::runtime_error {
+ public:
+  UserError(Fault fault, std::string where, std::string sentence, std::string hint = {});
+
+  Fault fault() const { return fault_; }
+  const std::string& where() const { return where_; }
+  const std::string& sentence() const { return sentence_; }
+  const std::string& hint() const { return hint_; }
+
+ private:
+  Fault fault_;
+  std::string where_, sentence_, hint_;
+};
+
+/// Thrown by a stage that saw `Run::cancelled()`.
+struct Cancelled : std::runtime_error {
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+}  // namespace geocage::pipeline

@@ -1,0 +1,62 @@
+#pragma once
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include "geometry/mesh.h"
+
+namespace geocage::topology {
+
+using geometry::Vec3;
+
+/// hop: number of edges x mean edge length (thesis 3.3); dijkstra: lengths of edges.
+enum class Metric { hop, dijkstra };
+
+/// All that the ball of radius r around each vertex says, one entry a vertex.
+struct BallFields {
+  double radius_m = 0;
+  std::vector<double> curvature_sum_rad;   ///< S2: sum of angle defects over the ball's vertices
+  std::vector<double> winding_angle_rad;   ///< S1: in [pi, 2 pi]; NaN where there is no dominant axis
+  std::vector<int> ball_vertices, ball_triangles, euler;
+  std::vector<double> ball_area_m2;
+  std::vector<Vec3> center, axis;          ///< Z, and the unit principal axis A (zero where there is none)
+};
+
+/// The balls of one mesh at each radius, in the order they were asked for.
+struct BallSet {
+  std::vector<BallFields> radii;
+};
+
+/// Precondition: closed manifold. Errors: UserError (geometry) otherwise. Thesis 3.3-3.5; method.md 7.2-7.4.
+/// The plain implementation, kept as oracle: one truncated search a vertex, O(V x ball). Parallel over vertices,
+/// same bytes for any thread count.
+BallSet ball_fields(const geometry::TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
+                    double eigenvalue_ratio_guard = 1.1);
+
+std::string_view artefact_kind(const BallSet*);  ///< "balls": balls.json (radii), ball_<i>.ply/.csv-free columns
+void save_artefact(const BallSet& set, const std::filesystem::path& dir);
+void load_artefact(BallSet& set, const std::filesystem::path& dir);
+
+/// A vertex that a hand may be placed at.
+struct Candidate {
+  int vertex = 0;
+  std::string heuristic;       ///< "winding", "curvature" or "random"
+  double score = 0;            ///< normalised to [0, 1] over the mesh
+  double radius_m = 0;
+  double winding_angle_rad = 0, curvature_sum_rad = 0;
+  int euler = 0;
+  Vec3 p_O = Vec3::Zero(), n_O = Vec3::UnitZ(), center_O = Vec3::Zero(), axis_O = Vec3::Zero();
+};
+
+/// Scores of a mesh for one hand: candidates best first within each heuristic, and the fields they came from.
+struct Scores {
+  std::vector<Candidate> candidates;
+  geometry::TriangleMesh mesh;
+  BallFields ball;
+};
+
+std::string_view artefact_kind(const Scores*);  ///< "scores": scores.ply (mesh and fields), candidates.json
+void save_artefact(const Scores& scores, const std::filesystem::path& dir);
+void load_artefact(Scores& scores, const std::filesystem::path& dir);
+
+}  // namespace geocage::topology
