@@ -139,7 +139,9 @@ Store::Store(fs::path root) : root_(std::move(root)) {
                     "give another folder by --store");
   for (const char* part : {"tmp", "records", "artefacts", "slots", "locks"})
     fs::create_directories(root_ / part);
-  write_atomically(scratch() / "FORMAT", format, format_line);
+  const fs::path desk = scratch();
+  write_atomically(desk / "FORMAT", format, format_line);
+  fs::remove(desk);
 }
 
 fs::path Store::folder(const std::string& content) const {
