@@ -173,10 +173,15 @@ void Pipeline::make(Node& node, const std::string& recipe, Watcher& watcher) {
   if (const auto before = store_.find(record.key()); before && before->content != record.content)
     watcher.log(node.slot, "this stage answered otherwise than before: it depends on more than its recipe");
   store_.write(record);
+  accept(node, record, SlotState::made);
+}
+
+void Pipeline::accept(Node& node, const Record& record, SlotState state) const {
   node.content = record.content;
+  node.result.state = state;
   node.result.metrics = record.metrics;
   node.result.made_seconds = record.seconds;
-  node.result.state = SlotState::made;
+  node.result.folder = store_.folder(record.content);
 }
 
 void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
@@ -190,10 +195,7 @@ void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
       watcher.log(node.slot, "its artefact was damaged: it is in quarantine and made anew");
       return false;
     }
-    node.content = record->content;
-    node.result.metrics = record->metrics;
-    node.result.made_seconds = record->seconds;
-    node.result.state = SlotState::hit;
+    accept(node, *record, SlotState::hit);
     return true;
   };
   if (forced || !take()) {
@@ -201,7 +203,6 @@ void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
     if (forced || !take()) make(node, recipe, watcher);  // another process may have made it meanwhile
   }
   note(node, recipe);
-  node.result.folder = store_.folder(*node.content);
   node.result.seconds = seconds_since(start);
 }
 
@@ -245,8 +246,22 @@ std::vector<SlotResult> Pipeline::run(const Wish& wish, Watcher& watcher) {
 
 void Pipeline::look_up(Node& node) {
   if (node.content) return;
-  if (const auto recipe = recipe_of(node))
-    if (const auto record = store_.find(sha256_of(*recipe))) node.content = record->content;
+  node.result.slot = node.slot;
+  node.result.stage = node.stage;
+  node.result.sentence = "not made yet";
+  const auto recipe = recipe_of(node);
+  const auto record = recipe ? store_.find(sha256_of(*recipe)) : std::nullopt;
+  if (record) accept(node, *record, SlotState::hit);
+}
+
+std::vector<SlotResult> Pipeline::present() {
+  std::vector<SlotResult> results;
+  for (auto& node : nodes_) {
+    if (node->constant) continue;
+    look_up(*node);
+    results.push_back(node->result);
+  }
+  return results;
 }
 
 std::vector<std::pair<std::string, std::string>> Pipeline::status() {

@@ -91,6 +91,8 @@ class Pipeline {
   /// trouble with the store (std::system_error) ends the run.
   std::vector<SlotResult> run(const Wish& wish, Watcher& watcher);
 
+  /// What is there already, as results: `hit`, or `skipped` because it is not made yet.
+  std::vector<SlotResult> present();
   /// hit, miss, or ? where an input is not made yet.
   std::vector<std::pair<std::string, std::string>> status();
   /// Why the slot would be made, or was made last: the differing lines of its recipe, old and new.
@@ -109,6 +111,7 @@ class Pipeline {
   void look_up(Node& node);
   void settle(Node& node, bool forced, Watcher& watcher);
   void make(Node& node, const std::string& recipe, Watcher& watcher);
+  void accept(Node& node, const Record& record, SlotState state) const;
   void note(const Node& node, const std::string& recipe) const;
   std::string reasons(Node& node, int depth);
 

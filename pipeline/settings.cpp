@@ -75,7 +75,7 @@ std::optional<std::int64_t> whole(const SettingValue& value) {
 }
 
 std::string shown(double x) {
-  return value_text({"", &x, {}, {}, ""});
+  return std::isnan(x) ? "nan" : value_text({"", &x, {}, {}, ""});
 }
 
 /// Puts a value into a field of one type; answers what is wrong with it, or nothing.
