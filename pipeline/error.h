@@ -22,9 +22,4 @@ class UserError : public std::runtime_error {
   std::string where_, sentence_, hint_;
 };
 
-/// Thrown by a stage that saw `Run::cancelled()`.
-struct Cancelled : std::runtime_error {
-  Cancelled() : std::runtime_error("cancelled") {}
-};
-
 }  // namespace geocage::pipeline

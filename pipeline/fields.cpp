@@ -40,9 +40,15 @@ std::string digits(Number x) {
   return {text, end};
 }
 
-std::string text(bool x) { return x ? "true" : "false"; }
-std::string text(int x) { return digits(x); }
-std::string text(std::uint64_t x) { return digits(x); }
+std::string text(bool x) {
+  return x ? "true" : "false";
+}
+std::string text(int x) {
+  return digits(x);
+}
+std::string text(std::uint64_t x) {
+  return digits(x);
+}
 std::string text(double x) {
   if (std::isnan(x)) {
     std::fprintf(stderr, "geocage: broken invariant: a parameter is NaN\n");
@@ -70,7 +76,7 @@ std::string text(const std::vector<Element>& list) {
 }
 
 std::string type_name(const Field::Value& value) {
-  constexpr const char* names[] = {"true or false", "whole number", "whole number",   "number",
+  constexpr const char* names[] = {"true or false", "whole number",    "whole number", "number",
                                    "text",          "list of numbers", "list of texts"};
   return names[value.index()];
 }

@@ -1,5 +1,13 @@
 #include "pipeline/worker.h"
 
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <system_error>
+
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -8,14 +16,6 @@
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <cerrno>
-#include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
-#include <new>
-#include <system_error>
 
 #include "pipeline/error.h"
 
@@ -71,7 +71,8 @@ void limit_this_process(const WorkerLimits& limits) {
 
 void keep_message(const fs::path& file, const UserError& error) {
   std::ofstream out(file, std::ios::binary);
-  out << static_cast<int>(error.fault()) << '\0' << error.where() << '\0' << error.sentence() << '\0' << error.hint();
+  out << static_cast<int>(error.fault()) << '\0' << error.where() << '\0' << error.sentence() << '\0'
+      << error.hint();
 }
 
 [[noreturn]] void throw_message(const fs::path& file) {
@@ -141,15 +142,19 @@ void run_contained(const WorkerLimits& limits, const std::string& where,
   int status = 0;
   const bool in_time = wait_for(child, limits.seconds, status);
   const auto fail = [&](const std::string& sentence) {
-    throw UserError(Fault::input, where, sentence, "the file is probably broken; write it anew with another tool");
+    throw UserError(Fault::input, where, sentence,
+                    "the file is probably broken; write it anew with another tool");
   };
   const bool signalled = WIFSIGNALED(status);
   if (!in_time || (signalled && WTERMSIG(status) == SIGXCPU))
     fail("its reader did not end within " + std::to_string(static_cast<int>(limits.seconds)) + " s");
   if (signalled) fail(std::string("its reader crashed (") + strsignal(WTERMSIG(status)) + ")");
   switch (WEXITSTATUS(status)) {
-    case 0: collect(scratch.value()); return;
-    case exit_user_error: throw_message(scratch.message());
+    case 0:
+      collect(scratch.value());
+      return;
+    case exit_user_error:
+      throw_message(scratch.message());
     case exit_memory:
       fail("its reader asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
       return;

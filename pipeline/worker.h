@@ -13,10 +13,10 @@ struct WorkerLimits {
   double memory_gib = 4;  ///< beyond what the process holds already
 };
 
-/// Runs `work(folder)` in a child process with an empty scratch folder, then `collect(folder)` here. A crash, a hang or
-/// running out of memory there is a UserError (Fault::input) here, naming `where`; so is a UserError thrown there.
-/// The child is a fork: `work` may call readers that this process never calls itself (assimp, PCL files), and must not
-/// use OpenMP, TBB or logging. The child dies with its parent.
+/// Runs `work(folder)` in a child process with an empty scratch folder, then `collect(folder)` here. A crash,
+/// a hang or running out of memory there is a UserError (Fault::input) here, naming `where`; so is a
+/// UserError thrown there. The child is a fork: `work` may call readers that this process never calls itself
+/// (assimp, PCL files), and must not use OpenMP, TBB or logging. The child dies with its parent.
 void run_contained(const WorkerLimits& limits, const std::string& where,
                    const std::function<void(const std::filesystem::path&)>& work,
                    const std::function<void(const std::filesystem::path&)>& collect);

@@ -1,0 +1,57 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/flow.h"
+
+namespace geocage::cli {
+
+/// What every command understands.
+struct Shared {
+  std::filesystem::path store, out = "report";
+  bool json = false, quiet = false;
+};
+
+// Each command prints to stdout, speaks to stderr, and answers the exit code. Mistakes are UserErrors.
+
+struct RunOptions {
+  FlowRequest flow;
+  pipeline::Wish wish;
+};
+int run(const Shared& shared, const RunOptions& options);
+int status(const Shared& shared, const FlowRequest& flow);
+int why(const Shared& shared, const FlowRequest& flow, const std::string& slot);
+int show(const Shared& shared, const FlowRequest& flow, const std::string& slot);
+int graph(const Shared& shared, const FlowRequest& flow);
+int report(const Shared& shared, const FlowRequest& flow);
+int verify(const Shared& shared);
+int collect_garbage(const Shared& shared, bool dry_run);
+
+int list_stages(const Shared& shared);
+int list_params(const Shared& shared, const std::string& stage);
+int list_hands(const Shared& shared);
+int list_datasets(const Shared& shared);
+int check_datasets(const Shared& shared);
+int get_dataset(const Shared& shared, const std::string& name);
+
+struct ScoreOptions {
+  std::filesystem::path mesh, out;
+  double radius_m = 0;
+  std::string metric = "hop", unit = "m";
+};
+int score(const Shared& shared, const ScoreOptions& options);
+
+struct WritheOptions {
+  std::filesystem::path a, b;
+  bool closed = false;
+};
+int writhe(const Shared& shared, const WritheOptions& options);
+
+struct EvaluateOptions {
+  std::filesystem::path mesh, grasp;
+  std::string hand, protocol = "geocage-force", unit = "m";
+};
+int evaluate(const Shared& shared, const EvaluateOptions& options);
+
+}  // namespace geocage::cli

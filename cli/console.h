@@ -1,0 +1,29 @@
+#pragma once
+#include <chrono>
+#include <map>
+#include <string>
+
+#include "pipeline/pipeline.h"
+
+namespace geocage::cli {
+
+/// Shows a run on stderr: a line that redraws itself on a terminal, plain lines otherwise, nothing when
+/// quiet.
+class Console : public pipeline::Watcher {
+ public:
+  explicit Console(bool quiet);
+  ~Console() override;
+  void started(const std::string& slot, std::size_t ended, std::size_t total) override;
+  void progress(const std::string& slot, std::size_t done, std::size_t total) override;
+  void log(const std::string& slot, std::string_view sentence) override;
+  void ended(const pipeline::SlotResult& result, std::size_t ended, std::size_t total) override;
+
+ private:
+  void line(const std::string& text);
+  void bar();
+  bool quiet_, terminal_;
+  std::size_t ended_ = 0, total_ = 0;
+  std::map<std::string, std::string> running_;  ///< slot and how far it is
+};
+
+}  // namespace geocage::cli

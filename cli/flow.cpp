@@ -1,0 +1,311 @@
+#include "cli/flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "geometry/source_file.h"
+#include "pipeline/digest.h"
+
+namespace geocage::cli {
+
+namespace fs = std::filesystem;
+using pipeline::ConfigurationError;
+using pipeline::Pipeline;
+using pipeline::Setting;
+using pipeline::Target;
+
+namespace {
+
+/// A flow file taken apart, before objects are looked up.
+struct Script {
+  std::string name, where;
+  std::vector<std::string> objects, hands;
+  std::vector<Setting> stage_settings;
+  std::vector<std::pair<std::string, Setting>>
+      object_settings;  ///< object's name, and a setting for it alone
+  std::vector<Setting> sweep;
+};
+
+fs::path built_in_flow() {
+  const char* data = std::getenv("GEOCAGE_DATA");
+  return fs::path(data ? data : GEOCAGE_DATA_DIR) / "flows" / "demo.toml";
+}
+
+void read_top_level(const Setting& setting, Script& script, std::vector<std::string>& mistakes) {
+  pipeline::Fields keys;
+  keys("objects", script.objects, {}, "catalogue names, files or globs");
+  keys("hands", script.hands, {}, "names, folders or URDFs");
+  pipeline::apply(setting, keys, mistakes);
+}
+
+/// `[object.mug.remesh]`: the object's name may hold dots, the stage may not.
+void read_object_setting(Setting setting, Script& script) {
+  const auto last = setting.stage.rfind('.');
+  const std::string name = setting.stage.substr(7, last == 6 ? 0 : last - 7);
+  setting.stage = setting.stage.substr(last + 1);
+  script.object_settings.emplace_back(name, std::move(setting));
+}
+
+Script read_script(const FlowRequest& request, std::vector<std::string>& mistakes) {
+  Script script;
+  const fs::path file = request.file.value_or(built_in_flow());
+  script.name = file.stem();
+  script.where = file.string();
+  for (Setting& setting : pipeline::read_settings(file)) {
+    if (setting.stage.empty()) {
+      read_top_level(setting, script, mistakes);
+    } else if (setting.stage.starts_with("object.")) {
+      read_object_setting(std::move(setting), script);
+    } else if (setting.stage == "sweep" || setting.stage.starts_with("sweep.")) {
+      if (setting.stage != "sweep") setting.field = setting.stage.substr(6) + "." + setting.field;
+      script.sweep.push_back(std::move(setting));
+    } else {
+      script.stage_settings.push_back(std::move(setting));
+    }
+  }
+  for (const auto& text : request.sets) script.stage_settings.push_back(pipeline::parse_setting(text));
+  if (!request.hand.empty()) script.hands = {request.hand};
+  if (script.hands.empty()) script.hands = {"schunk_sdh"};
+  return script;
+}
+
+std::vector<FlowObject> flow_objects(const FlowRequest& request, const Script& script) {
+  std::vector<FlowObject> objects;
+  if (request.dataset.empty()) {
+    const bool replaced = !request.object.empty() &&
+                          std::count(script.objects.begin(), script.objects.end(), request.object) == 0;
+    objects = find_objects(replaced ? std::vector{request.object} : script.objects, script.where);
+    if (replaced) return objects;
+  } else if (fs::is_directory(request.dataset)) {
+    objects = objects_of_folder(request.dataset);
+  } else {
+    objects = find_objects({request.dataset}, "--dataset");
+  }
+  if (request.object.empty()) return objects;
+  std::vector<std::string> names;
+  for (const auto& object : objects) names.push_back(object.name);
+  std::erase_if(objects, [&](const FlowObject& object) { return object.name != request.object; });
+  if (objects.empty())
+    throw ConfigurationError(
+        {pipeline::mistake("--object " + request.object, "",
+                           "there is no such object" + pipeline::did_you_mean(request.object, names))});
+  return objects;
+}
+
+/// One point of the product of a sweep's lists.
+struct Variant {
+  std::string name;
+  std::vector<Setting> settings;
+};
+
+std::vector<Setting> levels_of(const Setting& list) {
+  const auto dot = list.field.rfind('.');
+  std::vector<Setting> levels;
+  const auto add = [&](pipeline::SettingValue value) {
+    const std::string stage = dot == std::string::npos ? "" : list.field.substr(0, dot);
+    levels.push_back({list.where, stage, list.field.substr(dot + 1), std::move(value)});
+  };
+  if (const auto* numbers = std::get_if<std::vector<double>>(&list.value)) {
+    for (double x : *numbers)
+      if (x == std::floor(x) && std::abs(x) < 1e15)
+        add(static_cast<std::int64_t>(x));
+      else
+        add(x);
+  } else if (const auto* texts = std::get_if<std::vector<std::string>>(&list.value)) {
+    for (const auto& text : *texts) add(text);
+  } else {
+    add(list.value);
+  }
+  return levels;
+}
+
+std::string level_name(const Setting& level) {
+  struct Shown {
+    std::string operator()(bool x) const { return x ? "true" : "false"; }
+    std::string operator()(std::int64_t x) const { return std::to_string(x); }
+    std::string operator()(double x) const { return pipeline::value_text({"", &x, {}, {}, ""}); }
+    std::string operator()(const std::string& x) const { return x; }
+    std::string operator()(const std::vector<double>&) const { return "list"; }
+    std::string operator()(const std::vector<std::string>&) const { return "list"; }
+  };
+  std::string name = level.stage + "." + level.field + "=" + std::visit(Shown{}, level.value);
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+std::vector<Variant> variants_of(const std::vector<Setting>& sweep) {
+  std::vector<Variant> variants = {{}};
+  for (const Setting& list : sweep) {
+    std::vector<Variant> product;
+    for (const Variant& variant : variants)
+      for (const Setting& level : levels_of(list)) {
+        product.push_back(variant);
+        product.back().name += (variant.name.empty() ? "@" : ",") + level_name(level);
+        product.back().settings.push_back(level);
+      }
+    variants = std::move(product);
+  }
+  return variants;
+}
+
+std::string error_of(const fs::path& path) {
+  std::error_code error;
+  const auto kind = fs::status(path, error).type();
+  const auto sentence = [&](const std::string& words) { return path.string() + ": error: " + words; };
+  if (kind == fs::file_type::not_found) return sentence("there is no such file");
+  if (kind == fs::file_type::directory) return sentence("this is a folder, not a mesh or cloud file");
+  if (kind != fs::file_type::regular) return sentence("this is not a regular file");
+  return "";
+}
+
+/// Adds the slots of one object in one variant, for all hands.
+class Planner {
+ public:
+  Planner(Pipeline& pipeline, Flow& flow, std::vector<Target<hands::Hand>> hands)
+      : pipeline_(pipeline), flow_(flow), hands_(std::move(hands)) {}
+
+  void add(const FlowObject& object, const Variant& variant, const StageParameters& parameters) {
+    name_ = object.name + variant.name;
+    shared_.clear();
+    std::string failed = object.failed;
+    if (object.skipped.empty() && failed.empty()) failed = error_of(object.path);
+    if (!object.skipped.empty() || !failed.empty()) {
+      for (const auto& hand : flow_.hands) {
+        FlowPair pair = new_pair(object, hand);
+        pair.skipped = object.skipped;
+        pair.failed = failed;
+        flow_.pairs.push_back(pair);
+      }
+      return;
+    }
+    add_slots(object, parameters);
+  }
+
+ private:
+  FlowPair new_pair(const FlowObject& object, const hands::Hand& hand) const {
+    FlowPair pair;
+    pair.object = name_;
+    pair.hand = hand.name;
+    pair.source = object.source;
+    pair.truth_known = !object.cloud;
+    return pair;
+  }
+
+  template <class Out, class Params, class... In>
+  Target<Out> slot(const std::string& label, const pipeline::Stage<Out, Params, In...>& stage, Params params,
+                   std::type_identity_t<Target<In>>... inputs) {
+    const std::string name = name_ + "/" + label;
+    auto& listed =
+        flow_.parameters.emplace_back(name, std::vector<std::pair<std::string, std::string>>{}).second;
+    for (const auto& field : pipeline::fields_of(params).list())
+      listed.emplace_back(field.name, pipeline::value_text(field));
+    shared_.push_back(name);
+    return pipeline_.add(name, stage, params, inputs...);
+  }
+
+  void add_slots(const FlowObject& object, const StageParameters& p) {
+    const auto file =
+        pipeline_.constant("file" + object.path.extension().string(), geometry::SourceFile{object.path},
+                           pipeline::sha256_of_file(object.path));
+    Target<geometry::TriangleMesh> truth;
+    Target<geometry::PointCloud> seen;
+    if (object.cloud) {
+      seen = slot("import", stages::import_cloud_stage, p.import, file);
+    } else {
+      truth = slot("import", stages::import_mesh_stage, p.import, file);
+      seen = slot("scan", stages::scan_stage, p.scan, truth);
+    }
+    const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
+    slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
+    const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
+    const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
+    const auto field = slot("field", stages::field_stage, p.field, mesh);
+    const auto tested = object.cloud ? mesh : truth;
+    const auto tested_field = object.cloud ? field : slot("truth_field", stages::field_stage, p.field, truth);
+
+    const auto object_slots = shared_;
+    for (std::size_t i = 0; i < hands_.size(); ++i) {
+      shared_ = object_slots;
+      const hands::Hand& hand = flow_.hands[i];
+      const auto of_hand = [&](const char* stage) { return std::string(stage) + "/" + hand.name; };
+      auto balls_params = p.balls;
+      if (balls_params.radii_m.empty()) balls_params.radii_m = radii_of(hand);
+      auto evaluate_params = p.evaluate;
+      evaluate_params.object_geometry = object.cloud ? "reconstruction" : "truth";
+
+      const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
+      const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
+      const auto grasps =
+          slot(of_hand("place"), stages::place_stage, p.place, scores, field, cloud, hands_[i]);
+      const auto ways =
+          slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
+      slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
+           hands_[i]);
+
+      FlowPair pair = new_pair(object, hand);
+      pair.slots = shared_;
+      for (auto [stage, at] : {std::pair{"score", &pair.score_slot},
+                               {"place", &pair.place_slot},
+                               {"approach", &pair.approach_slot},
+                               {"evaluate", &pair.evaluate_slot}})
+        *at = name_ + "/" + of_hand(stage);
+      flow_.pairs.push_back(pair);
+    }
+  }
+
+  static std::vector<double> radii_of(const hands::Hand& hand) {
+    std::vector<double> radii = {hand.ball_radius_m};
+    for (double radius : hand.ball_radii_m)
+      if (std::count(radii.begin(), radii.end(), radius) == 0) radii.push_back(radius);
+    return radii;
+  }
+
+  Pipeline& pipeline_;
+  Flow& flow_;
+  std::vector<Target<hands::Hand>> hands_;
+  std::string name_;
+  std::vector<std::string> shared_;  ///< slots of the object, and of the pair under way
+};
+
+}  // namespace
+
+Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
+  std::vector<std::string> mistakes;
+  const Script script = read_script(request, mistakes);
+  Flow flow;
+  flow.name = script.name;
+  for (const auto& name : script.hands) flow.hands.push_back(hands::load_hand(name));
+  const auto variants = variants_of(script.sweep);
+
+  StageParameters scratch;  // checks every setting even when there is no object
+  apply_all(script.stage_settings, scratch, mistakes);
+  for (const auto& variant : variants) apply_all(variant.settings, scratch, mistakes);
+  for (const auto& [object, setting] : script.object_settings) apply_all({setting}, scratch, mistakes);
+  if (!mistakes.empty()) {
+    std::set<std::string> seen;
+    std::erase_if(mistakes, [&](const std::string& line) { return !seen.insert(line).second; });
+    throw ConfigurationError(mistakes);
+  }
+
+  std::vector<Target<hands::Hand>> hands;
+  for (const auto& hand : flow.hands) hands.push_back(pipeline.constant("hand", hand, hand.sha256));
+  Planner planner(pipeline, flow, std::move(hands));
+  for (const auto& object : flow_objects(request, script))
+    for (const auto& variant : variants) {
+      StageParameters parameters;
+      apply_all(object.settings, parameters, mistakes);
+      apply_all(script.stage_settings, parameters, mistakes);
+      for (const auto& [name, setting] : script.object_settings)
+        if (name == object.name) apply_all({setting}, parameters, mistakes);
+      apply_all(variant.settings, parameters, mistakes);
+      planner.add(object, variant, parameters);
+    }
+  if (!mistakes.empty()) throw ConfigurationError(mistakes);
+  return flow;
+}
+
+}  // namespace geocage::cli

@@ -1,0 +1,42 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/objects.h"
+#include "cli/parameters.h"
+#include "hands/hand.h"
+#include "pipeline/pipeline.h"
+
+namespace geocage::cli {
+
+/// What the command line asks of a flow.
+struct FlowRequest {
+  std::optional<std::filesystem::path> file;  ///< none: the built-in flow
+  std::string dataset, object, hand;          ///< empty: as the flow says
+  std::vector<std::string> sets;              ///< stage.field=value
+};
+
+/// One object (of one variant) and one hand, and the slots that lead to its evaluation.
+struct FlowPair {
+  std::string object, hand, source;
+  bool truth_known = false;     ///< evaluated on the true mesh, not on the reconstruction
+  std::string skipped, failed;  ///< why there are no slots
+  std::vector<std::string> slots;
+  std::string score_slot, place_slot, approach_slot, evaluate_slot;
+};
+
+struct Flow {
+  std::string name;
+  std::vector<hands::Hand> hands;
+  std::vector<FlowPair> pairs;
+  /// Parameters of every slot, as text.
+  std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> parameters;
+};
+
+/// Reads the flow, resolves its objects and hands, and adds every slot to `pipeline`. The order of stages is
+/// written here and nowhere else. Errors: UserError (configuration), all mistakes of a file at once.
+Flow plan_flow(const FlowRequest& request, pipeline::Pipeline& pipeline);
+
+}  // namespace geocage::cli

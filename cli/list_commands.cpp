@@ -1,0 +1,51 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+
+namespace geocage::cli {
+
+using nlohmann::json;
+
+int list_stages(const Shared& shared) {
+  StageParameters parameters;
+  json list = json::array();
+  for_each_stage(parameters, [&](const char* name, int version, const char* what, auto&) {
+    if (shared.json) list.push_back({{"stage", name}, {"version", version}, {"what", what}});
+    else fmt::print("{:<12} {:>2}  {}\n", name, version, what);
+  });
+  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-stages 1"}, {"stages", list}}.dump(2));
+  return 0;
+}
+
+int list_params(const Shared& shared, const std::string& stage) {
+  StageParameters parameters;
+  json list = json::array();
+  const pipeline::Fields fields = fields_of_stage(parameters, stage);
+  for (const auto& field : fields.list()) {
+    const std::string value = pipeline::value_text(field), type = pipeline::type_text(field);
+    if (shared.json) list.push_back({{"name", field.name}, {"default", value}, {"type", type}, {"help", field.help}});
+    else fmt::print("{:<24} {:<24} {}\n{:<24} {}\n", field.name, value, type, "", field.help);
+  }
+  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-params 1"}, {"stage", stage}, {"fields", list}}.dump(2));
+  return 0;
+}
+
+int list_hands(const Shared& shared) {
+  json list = json::array();
+  for (const auto& name : hands::hand_names()) {
+    const auto hand = hands::load_hand(name);
+    if (shared.json)
+      list.push_back({{"hand", name}, {"dofs", hand.tree.dofs()}, {"fingers", hand.fingers.size()},
+                      {"capsules", hand.capsules.size()}, {"finger_length_m", hand.finger_length_m},
+                      {"ball_radius_m", hand.ball_radius_m}});
+    else
+      fmt::print("{:<16} {} joints, {} fingers, {} capsules, finger length {} m, ball radius {} m\n", name,
+                 hand.tree.dofs(), hand.fingers.size(), hand.capsules.size(), hand.finger_length_m, hand.ball_radius_m);
+  }
+  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-hands 1"}, {"hands", list}}.dump(2));
+  return 0;
+}
+
+}  // namespace geocage::cli

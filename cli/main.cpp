@@ -1,0 +1,168 @@
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <functional>
+#include <system_error>
+
+#include "cli/commands.h"
+#include "cli/parameters.h"
+
+namespace geocage::cli {
+namespace {
+
+constexpr int exit_configuration = 2, exit_store = 5, exit_bug = 70, exit_interrupted = 130;
+
+constexpr const char* exit_codes =
+    "Exit codes: 0 done; 1 some items failed, were rejected or were skipped; 2 a mistake in the command, a flow file or a "
+    "hand; 3 input unreadable or invalid; 4 geometry or numerics failed; 5 store or disk; 70 a bug of geocage; 130 "
+    "interrupted.";
+
+// Whatever a run has published stays; the store needs no unlocking (docs/store.md).
+void interrupted(int) {
+  constexpr char text[] = "\ngeocage: interrupted; the same command goes on from here\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, text, sizeof text - 1);
+  _exit(exit_interrupted);
+}
+
+std::filesystem::path default_store() {
+  const char* store = std::getenv("GEOCAGE_STORE");
+  return store ? store : "store";
+}
+
+/// Builds the commands; the chosen one leaves its work in `chosen`.
+class Program {
+ public:
+  Program() {
+    app_.require_subcommand(1);
+    app_.footer(exit_codes);
+    app_.set_version_flag("--version", "geocage " GEOCAGE_VERSION);
+    shared_.store = default_store();
+    add_flow_commands();
+    add_store_commands();
+    add_lists();
+    add_tools();
+  }
+
+  int main(int argc, char** argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app_.exit(error, std::cout, std::cerr) == 0 ? 0 : exit_configuration;
+    }
+    return chosen_();
+  }
+
+ private:
+  CLI::App* command(const char* name, const char* what, std::function<int()> work, CLI::App* parent = nullptr) {
+    CLI::App* sub = (parent ? parent : &app_)->add_subcommand(name, what);
+    sub->add_option("--store", shared_.store, "folder of the store (default: $GEOCAGE_STORE or ./store)");
+    sub->add_flag("--json", shared_.json, "one JSON document on stdout and nothing else");
+    sub->add_flag("--quiet", shared_.quiet, "no progress");
+    sub->callback([this, work] { chosen_ = work; });
+    return sub;
+  }
+
+  CLI::App* flow_command(const char* name, const char* what, std::function<int()> work, bool with_slot = false) {
+    CLI::App* sub = command(name, what, std::move(work));
+    if (with_slot) sub->add_option("SLOT", slot_, "a slot, as `geocage status` lists them")->required();
+    sub->add_option("FLOW", run_.flow.file, "flow file (TOML); the built-in flow without it");
+    sub->add_option("--dataset", run_.flow.dataset, "a folder of meshes and clouds, or a catalogue name");
+    sub->add_option("--object", run_.flow.object, "this object only");
+    sub->add_option("--hand", run_.flow.hand, "this hand: a name, a folder or a URDF");
+    sub->add_option("--set", run_.flow.sets, "stage.field=value, any number of times")->expected(1)->take_all();
+    sub->add_option("--out", shared_.out, "folder of the report");
+    return sub;
+  }
+
+  void add_flow_commands() {
+    CLI::App* sub = flow_command("run", "make what is missing, then the report", [this] { return run(shared_, run_); });
+    sub->add_option("--only", run_.wish.only, "these slots alone")->expected(1)->take_all();
+    sub->add_option("--until", run_.wish.until, "these slots and what they need")->expected(1)->take_all();
+    sub->add_option("--force", run_.wish.force, "make these slots anew")->expected(1)->take_all();
+    sub->add_option("--jobs", run_.wish.jobs, "slots made at the same time")->check(CLI::Range(1, 1024));
+    flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",
+                 [this] { return status(shared_, run_.flow); });
+    flow_command("why", "why a slot is, or was, made anew", [this] { return why(shared_, run_.flow, slot_); }, true);
+    flow_command("show", "what a slot holds", [this] { return show(shared_, run_.flow, slot_); }, true);
+    flow_command("graph", "the dataflow as DOT", [this] { return graph(shared_, run_.flow); });
+    flow_command("report", "write the report of what is made", [this] { return report(shared_, run_.flow); });
+  }
+
+  void add_store_commands() {
+    command("verify", "check every artefact against its digest", [this] { return verify(shared_); });
+    command("gc", "remove what no slot needs", [this] { return collect_garbage(shared_, dry_run_); })
+        ->add_flag("--dry-run", dry_run_, "say what would go");
+  }
+
+  void add_lists() {
+    command("stages", "the stages, in the order of the dataflow", [this] { return list_stages(shared_); });
+    command("params", "the parameters of a stage", [this] { return list_params(shared_, name_); })
+        ->add_option("STAGE", name_)
+        ->required();
+    command("hands", "the hands", [this] { return list_hands(shared_); });
+    CLI::App* datasets = command("datasets", "the catalogue of objects", [this] { return list_datasets(shared_); });
+    command("check", "which objects are here, with the right digest", [this] { return check_datasets(shared_); }, datasets);
+    command("get", "bring an object", [this] { return get_dataset(shared_, name_); }, datasets)
+        ->add_option("NAME", name_)
+        ->required();
+  }
+
+  void add_tools() {
+    CLI::App* sub = command("score", "S1 and S2 of every vertex of a mesh", [this] { return score(shared_, score_); });
+    sub->add_option("MESH", score_.mesh)->required();
+    sub->add_option("--radius-m", score_.radius_m, "radius of the geodesic balls")->required()->check(CLI::PositiveNumber);
+    sub->add_option("--out", score_.out, "FILE.ply or FILE.csv (default: CSV on stdout)");
+    sub->add_option("--metric", score_.metric, "hop or dijkstra")->check(CLI::IsMember({"hop", "dijkstra"}));
+    sub->add_option("--units", score_.unit, "unit of the file: m, cm, mm, inch, or metres per unit");
+
+    sub = command("writhe", "writhe matrix and Gauss linking integral of two polylines",
+                  [this] { return writhe(shared_, writhe_); });
+    sub->add_option("A", writhe_.a, "CSV, one x,y,z a line")->required();
+    sub->add_option("B", writhe_.b)->required();
+    sub->add_flag("--closed", writhe_.closed, "join the last point to the first, of both");
+
+    sub = command("evaluate", "test a grasp in physics", [this] { return evaluate(shared_, evaluate_); });
+    sub->add_option("--mesh", evaluate_.mesh)->required();
+    sub->add_option("--hand", evaluate_.hand)->required();
+    sub->add_option("--grasp", evaluate_.grasp, "a geocage-grasp file")->required();
+    sub->add_option("--protocol", evaluate_.protocol, "preset (default: geocage-force)");
+    sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
+  }
+
+  CLI::App app_{"geocage: from noisy point clouds of objects to tested caging grasps"};
+  Shared shared_;
+  RunOptions run_;
+  ScoreOptions score_;
+  WritheOptions writhe_;
+  EvaluateOptions evaluate_;
+  std::string slot_, name_;
+  bool dry_run_ = false;
+  std::function<int()> chosen_;
+};
+
+int guarded_main(int argc, char** argv) {
+  try {
+    return Program().main(argc, argv);
+  } catch (const pipeline::UserError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return static_cast<int>(error.fault());
+  } catch (const std::system_error& error) {
+    fmt::print(stderr, "geocage: error: {}\n", error.what());
+    return exit_store;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "geocage: this is a bug: {}\n", error.what());
+    return exit_bug;
+  }
+}
+
+}  // namespace
+}  // namespace geocage::cli
+
+int main(int argc, char** argv) {
+  signal(SIGINT, geocage::cli::interrupted);
+  signal(SIGTERM, geocage::cli::interrupted);
+  return geocage::cli::guarded_main(argc, argv);
+}

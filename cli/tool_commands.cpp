@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "geometry/mesh_files.h"
+#include "geometry/source_file.h"
+#include "topology/balls.h"
+#include "topology/writhe.h"
+
+namespace geocage::cli {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using pipeline::Fault;
+using pipeline::UserError;
+
+namespace {
+
+/// A foreign mesh, read in a worker process; it must be a closed manifold.
+geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit) {
+  stages::ImportParams params;
+  params.unit = unit;
+  pipeline::Run run;
+  auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
+  const auto report = geometry::check_mesh(mesh);
+  if (!report.closed_manifold())
+    throw UserError(Fault::input, file.string(), "this is not a closed manifold: " + geometry::flaw(report),
+                    "mend the mesh, or let `geocage run --dataset` reconstruct it");
+  return mesh;
+}
+
+/// Writes beside and renames, so that a file is whole or not there.
+void write_whole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
+  const fs::path beside = file.parent_path() / ("." + file.filename().string() + ".part" + file.extension().string());
+  try {
+    write(beside);
+    fs::rename(beside, file);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(beside, ignored);
+    throw;
+  }
+}
+
+std::string csv_of(const geometry::TriangleMesh& mesh, const topology::BallFields& ball) {
+  std::string csv =
+      "vertex,x_m,y_m,z_m,winding_angle_rad,curvature_sum_rad,ball_vertices,ball_triangles,euler\n";
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const auto& p = mesh.vertices[v];
+    csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", v, p.x(), p.y(), p.z(), ball.winding_angle_rad[v],
+                       ball.curvature_sum_rad[v], ball.ball_vertices[v], ball.ball_triangles[v], ball.euler[v]);
+  }
+  return csv;
+}
+
+std::vector<geometry::VertexField> fields_of(const topology::BallFields& ball) {
+  const auto numbers = [](const std::vector<int>& counts) { return std::vector<double>(counts.begin(), counts.end()); };
+  return {{"winding_angle_rad", ball.winding_angle_rad},
+          {"curvature_sum_rad", ball.curvature_sum_rad},
+          {"ball_vertices", numbers(ball.ball_vertices)},
+          {"ball_triangles", numbers(ball.ball_triangles)},
+          {"euler", numbers(ball.euler)}};
+}
+
+}  // namespace
+
+int score(const Shared& shared, const ScoreOptions& options) {
+  const std::string kind = options.out.extension();
+  if (!options.out.empty() && kind != ".ply" && kind != ".csv")
+    throw UserError(Fault::configuration, "--out " + options.out.string(), "the file must end in .ply or .csv");
+  if (options.out.has_parent_path() && !fs::is_directory(options.out.parent_path()))
+    throw UserError(Fault::configuration, "--out " + options.out.string(), "its folder is not there");
+  const auto mesh = closed_mesh(options.mesh, options.unit);
+  const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
+  const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
+
+  if (kind == ".ply")
+    write_whole(options.out, [&](const fs::path& file) { geometry::write_ply(file, mesh, fields_of(ball)); });
+  if (kind == ".csv")
+    write_whole(options.out, [&](const fs::path& file) {
+      std::ofstream out(file);
+      out << csv_of(mesh, ball);
+      if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+    });
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-score 1"},
+                            {"vertices", mesh.vertices.size()},
+                            {"radius_m", options.radius_m},
+                            {"metric", options.metric},
+                            {"out", options.out.empty() ? json() : json(options.out.string())}}
+                           .dump(2));
+  else if (options.out.empty()) fmt::print("{}", csv_of(mesh, ball));
+  return 0;
+}
+
+int writhe(const Shared& shared, const WritheOptions& options) {
+  auto a = topology::read_polyline(options.a), b = topology::read_polyline(options.b);
+  if (options.closed) {
+    a.push_back(a.front());
+    b.push_back(b.front());
+  }
+  const Eigen::MatrixXd omega = topology::writhe_matrix(a, b);
+  const double gli = topology::gauss_linking_integral(a, b);
+  if (!shared.json) {
+    for (Eigen::Index i = 0; i < omega.rows(); ++i)
+      for (Eigen::Index j = 0; j < omega.cols(); ++j)
+        fmt::print("{}{}", omega(i, j), j + 1 < omega.cols() ? "," : "\n");
+    fmt::print("gli {}\n", gli);
+    return 0;
+  }
+  json rows = json::array();
+  for (Eigen::Index i = 0; i < omega.rows(); ++i) {
+    json row = json::array();
+    for (Eigen::Index j = 0; j < omega.cols(); ++j) row.push_back(omega(i, j));
+    rows.push_back(row);
+  }
+  fmt::print("{}\n", json{{"omega_sr", rows}, {"gli", gli}}.dump());
+  return 0;
+}
+
+int evaluate(const Shared& shared, const EvaluateOptions& options) {
+  stages::EvaluateParams params;
+  params.protocol = options.protocol;
+  params.object_geometry = "given";
+  const auto hand = hands::load_hand(options.hand);
+  const auto grasps = hands::read_grasps(options.grasp);
+  const auto mesh = closed_mesh(options.mesh, options.unit);
+  pipeline::Run run;
+  const auto field = stages::field(stages::FieldParams{}, run, mesh);
+  const auto evaluations = stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand);
+
+  int bad = 0;
+  json list = json::array();
+  for (const auto& evaluation : evaluations.list) {
+    list.push_back(stages::to_json(evaluation));
+    const std::string outcome = list.back()["outcome"];
+    bad += outcome == "rejected" || outcome == "error";
+    if (!shared.json) fmt::print("{}: {}\n", outcome, list.back()["reason"].get<std::string>());
+  }
+  if (shared.json && list.size() == 1) fmt::print("{}\n", list.front().dump(2));
+  if (shared.json && list.size() != 1)
+    fmt::print("{}\n", json{{"schema", "geocage-evaluations 1"}, {"evaluations", list}}.dump(2));
+  return bad == 0 ? 0 : 1;
+}
+
+}  // namespace geocage::cli

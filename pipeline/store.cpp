@@ -1,0 +1,306 @@
+#include "pipeline/store.h"
+
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <system_error>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "pipeline/digest.h"
+#include "pipeline/error.h"
+
+namespace geocage::pipeline {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* format_line = "geocage-store 1\n";
+
+[[noreturn]] void throw_errno(const fs::path& path) {
+  throw std::system_error(errno, std::generic_category(), path.string());
+}
+
+std::string host_name() {
+  char name[256] = {};
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+void sync(const fs::path& path, int flags) {
+  const int file = open(path.c_str(), flags | O_CLOEXEC);
+  if (file < 0) throw_errno(path);
+  const int answer = fsync(file);
+  close(file);
+  if (answer != 0 && errno != EINVAL) throw_errno(path);  // EINVAL: a file system without fsync
+}
+void sync_folder(const fs::path& folder) {
+  sync(folder, O_RDONLY | O_DIRECTORY);
+}
+
+std::optional<std::string> read_text(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return {};
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// Whole or not at all: written beside, synced, renamed.
+void write_atomically(const fs::path& beside, const fs::path& file, const std::string& text) {
+  std::ofstream out(beside, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw_errno(beside);
+  sync(beside, O_RDONLY);
+  fs::create_directories(file.parent_path());
+  fs::rename(beside, file);
+  sync_folder(file.parent_path());
+}
+
+std::string number_text(double x) {
+  char text[40];
+  return {text, std::to_chars(text, text + sizeof text, x).ptr};
+}
+
+std::string to_text(const Record& r) {
+  std::string text = "geocage-record 1\ncontent " + r.content + "\n";
+  for (const auto& [name, value] : r.metrics) text += "metric " + name + " = " + number_text(value) + "\n";
+  text += "seconds " + number_text(r.seconds) + "\nmade_at " + r.made_at + "\nhost " + r.host + "\nprogram " +
+          r.program + "\n\n" + r.recipe;
+  return text + "end\n";
+}
+
+/// Nothing for a text that isn't whole.
+std::optional<Record> record_of(const std::string& text) {
+  const auto body = text.find("\n\n");
+  if (!text.starts_with("geocage-record 1\n") || !text.ends_with("\nend\n") || body == std::string::npos)
+    return {};
+  Record r;
+  r.recipe = text.substr(body + 2, text.size() - body - 2 - 4);
+  std::istringstream head(text.substr(0, body + 1));
+  for (std::string word, line; head >> word && std::getline(head >> std::ws, line);) {
+    if (word == "content") r.content = line;
+    if (word == "seconds") r.seconds = std::stod(line);
+    if (word == "made_at") r.made_at = line;
+    if (word == "host") r.host = line;
+    if (word == "program") r.program = line;
+    if (const auto equals = line.find(" = "); word == "metric" && equals != std::string::npos)
+      r.metrics[line.substr(0, equals)] = std::stod(line.substr(equals + 3));
+  }
+  return r;
+}
+
+std::vector<fs::path> grandchildren(const fs::path& folder) {
+  std::vector<fs::path> found;
+  if (!fs::exists(folder)) return found;
+  for (const auto& shelf : fs::directory_iterator(folder))
+    for (const auto& entry : fs::directory_iterator(shelf)) found.push_back(entry.path());
+  return found;
+}
+
+std::uintmax_t bytes_in(const fs::path& path) {
+  if (fs::is_regular_file(path)) return fs::file_size(path);
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  return bytes;
+}
+
+}  // namespace
+
+std::string Record::key() const {
+  return sha256_of(recipe);
+}
+
+Store::Store(fs::path root) : root_(std::move(root)) {
+  const fs::path format = root_ / "FORMAT";
+  if (const auto text = read_text(format)) {
+    if (*text != format_line)
+      throw UserError(Fault::store, root_.string(),
+                      "this store has the format '" + text->substr(0, 40) + "', not 1",
+                      "give another folder by --store");
+    return;
+  }
+  std::error_code error;
+  const bool taken = fs::exists(root_, error) && (!fs::is_directory(root_) || !fs::is_empty(root_));
+  const bool half_made = taken && fs::is_directory(root_) && fs::exists(root_ / "tmp");
+  if (taken && !half_made)
+    throw UserError(Fault::store, root_.string(),
+                    "this is not a geocage store, and not an empty folder either",
+                    "give another folder by --store");
+  for (const char* part : {"tmp", "records", "artefacts", "slots", "locks"})
+    fs::create_directories(root_ / part);
+  const fs::path desk = scratch();
+  write_atomically(desk / "FORMAT", format, format_line);
+  fs::remove(desk);
+}
+
+fs::path Store::folder(const std::string& content) const {
+  return root_ / "artefacts" / content.substr(0, 2) / content;
+}
+fs::path Store::record_file(const std::string& key) const {
+  return root_ / "records" / key.substr(0, 2) / key;
+}
+fs::path Store::slot_file(const std::string& name) const {
+  return root_ / "slots" / (name + ".slot");
+}
+
+std::optional<Record> Store::find(const std::string& key) const {
+  const auto text = read_text(record_file(key));
+  if (!text) return {};
+  auto record = record_of(*text);
+  if (!record || record->key() != key || !fs::exists(folder(record->content))) return {};
+  return record;
+}
+
+bool Store::check(const std::string& content) const {
+  const fs::path at = folder(content);
+  if (!fs::exists(at)) return false;
+  if (sha256_of(sha256_listing(at)) == content) return true;
+  const fs::path cell = root_ / "quarantine";
+  fs::create_directories(cell);
+  fs::rename(at, cell / (content + "-" + scratch().filename().string()));
+  return false;
+}
+
+fs::path Store::scratch() const {
+  static std::atomic<int> count{0};
+  const fs::path folder = root_ / "tmp" / fmt::format("{}-{}-{}", host_name(), getpid(), count++);
+  fs::create_directories(folder);
+  return folder;
+}
+
+std::string Store::publish(const fs::path& scratch_folder) const {
+  const std::string content = sha256_of(sha256_listing(scratch_folder));
+  for (const auto& entry : fs::directory_iterator(scratch_folder)) {
+    sync(entry.path(), O_RDONLY);
+    fs::permissions(entry.path(), fs::perms::owner_read | fs::perms::group_read | fs::perms::others_read);
+  }
+  sync_folder(scratch_folder);
+  const fs::path at = folder(content);
+  fs::create_directories(at.parent_path());
+  std::error_code error;
+  fs::rename(scratch_folder, at, error);
+  if (error == std::errc::directory_not_empty || error == std::errc::file_exists)
+    fs::remove_all(scratch_folder);  // the same content is there already
+  else if (error)
+    throw std::system_error(error, at.string());
+  sync_folder(at.parent_path());
+  return content;
+}
+
+void Store::write(const Record& record) const {
+  const fs::path desk = scratch();
+  write_atomically(desk / "record", record_file(record.key()), to_text(record));
+  fs::remove(desk);
+}
+
+std::optional<SlotNote> Store::slot(const std::string& name) const {
+  const auto text = read_text(slot_file(name));
+  const auto middle = text ? text->find("\nbefore\n") : std::string::npos;
+  if (middle == std::string::npos || !text->ends_with("end\n")) return {};
+  SlotNote note;
+  std::istringstream head(*text);
+  std::getline(head, note.key);
+  std::getline(head, note.content);
+  const auto recipe = static_cast<std::size_t>(head.tellg());
+  note.recipe = text->substr(recipe, middle + 1 - recipe);
+  note.previous_recipe = text->substr(middle + 8, text->size() - middle - 8 - 4);
+  return note;
+}
+
+void Store::write_slot(const std::string& name, const SlotNote& note) const {
+  const fs::path desk = scratch();
+  write_atomically(
+      desk / "slot", slot_file(name),
+      note.key + "\n" + note.content + "\n" + note.recipe + "before\n" + note.previous_recipe + "end\n");
+  fs::remove(desk);
+}
+
+std::vector<std::string> Store::slots() const {
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(root_ / "slots"))
+    if (entry.path().extension() == ".slot")
+      names.insert(fs::relative(entry.path(), root_ / "slots").replace_extension().string());
+  return {names.begin(), names.end()};
+}
+
+std::vector<std::string> Store::verify() const {
+  std::vector<std::string> faults;
+  for (const auto& file : grandchildren(root_ / "records")) {
+    const auto record = record_of(read_text(file).value_or(""));
+    if (!record || record->key() != file.filename())
+      faults.push_back(file.string() + ": the record is damaged; it will be made anew");
+    else if (!fs::exists(folder(record->content)))
+      faults.push_back(file.string() + ": its artefact is missing; it will be made anew");
+  }
+  for (const auto& artefact : grandchildren(root_ / "artefacts"))
+    if (!check(artefact.filename()))
+      faults.push_back(artefact.string() + ": its files do not have the digest that names them; quarantined");
+  return faults;
+}
+
+std::vector<fs::path> Store::stale_scratch() const {
+  std::vector<fs::path> stale;
+  const std::string mine = host_name() + "-";
+  for (const auto& entry : fs::directory_iterator(root_ / "tmp")) {
+    const std::string name = entry.path().filename();
+    const auto last = name.rfind('-');
+    const auto before = last == std::string::npos ? last : name.rfind('-', last - 1);
+    if (before == std::string::npos || name.substr(0, before + 1) != mine) continue;
+    const int process = std::atoi(name.substr(before + 1, last - before - 1).c_str());
+    if (process > 0 && kill(process, 0) != 0 && errno == ESRCH) stale.push_back(entry.path());
+  }
+  return stale;
+}
+
+void Store::sweep_scratch() const {
+  for (const auto& path : stale_scratch()) {
+    std::error_code ignored;  // another process may sweep the same folder
+    fs::remove_all(path, ignored);
+  }
+}
+
+Store::Garbage Store::collect_garbage(bool dry_run) const {
+  std::set<std::string> keys, contents;
+  for (const auto& name : slots())
+    if (const auto note = slot(name)) {
+      keys.insert(note->key);
+      contents.insert(note->content);
+    }
+  Garbage garbage;
+  garbage.paths = stale_scratch();
+  for (const auto& record : grandchildren(root_ / "records"))
+    if (!keys.contains(record.filename())) garbage.paths.push_back(record);
+  for (const auto& artefact : grandchildren(root_ / "artefacts"))
+    if (!contents.contains(artefact.filename())) garbage.paths.push_back(artefact);
+  if (fs::exists(root_ / "quarantine"))
+    for (const auto& entry : fs::directory_iterator(root_ / "quarantine"))
+      garbage.paths.push_back(entry.path());
+  for (const auto& path : garbage.paths) garbage.bytes += bytes_in(path);
+  if (!dry_run)
+    for (const auto& path : garbage.paths) fs::remove_all(path);
+  return garbage;
+}
+
+MakingLock::MakingLock(const Store& store, const std::string& key) {
+  const fs::path path = store.root() / "locks" / key;
+  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file_ < 0) throw_errno(path);
+  while (flock(file_, LOCK_EX) != 0)
+    if (errno != EINTR) throw_errno(path);
+}
+MakingLock::~MakingLock() {
+  close(file_);
+}
+
+}  // namespace geocage::pipeline

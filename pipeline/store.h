@@ -1,0 +1,86 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace geocage::pipeline {
+
+/// What the store knows of one made artefact. `recipe`, `content` and `metrics` are the same wherever it is
+/// made; the rest tells who made it when.
+struct Record {
+  std::string recipe, content;
+  std::map<std::string, double> metrics;
+  double seconds = 0;
+  std::string made_at, host, program;
+
+  std::string key() const;  ///< SHA-256 of the recipe
+};
+
+/// What a slot was last made from, and what it was made from before that.
+struct SlotNote {
+  std::string key, content, recipe, previous_recipe;
+};
+
+/// A content-addressed store of artefacts (docs/store.md). Publishing is one rename of a finished folder;
+/// locks only save double work, so any number of processes may share a store. Trouble with the disk is a
+/// std::system_error that names the path.
+class Store {
+ public:
+  /// Opens or makes the store at `root`. UserError (store) when the folder is something else or another
+  /// format.
+  explicit Store(std::filesystem::path root);
+
+  const std::filesystem::path& root() const { return root_; }
+  std::filesystem::path folder(const std::string& content) const;
+
+  /// The record of a key whose artefact is there; nothing when either is missing or the record is unreadable.
+  std::optional<Record> find(const std::string& key) const;
+  /// True when the artefact's files still have the digest that names them. A mismatch moves the entry to
+  /// `quarantine/` and answers false.
+  bool check(const std::string& content) const;
+
+  /// An empty folder on the store's file system to write an artefact into.
+  std::filesystem::path scratch() const;
+  /// Moves a finished scratch folder to its place and answers its content. Files become read-only; everything
+  /// is synced before the rename. Publishing the same content twice is fine.
+  std::string publish(const std::filesystem::path& scratch_folder) const;
+  void write(const Record& record) const;
+
+  std::optional<SlotNote> slot(const std::string& name) const;
+  void write_slot(const std::string& name, const SlotNote& note) const;
+  std::vector<std::string> slots() const;
+
+  /// Every fault found: a sentence each. Quarantines damaged artefacts.
+  std::vector<std::string> verify() const;
+
+  struct Garbage {
+    std::vector<std::filesystem::path> paths;
+    std::uintmax_t bytes = 0;
+  };
+  /// What no slot needs; removed unless `dry_run`.
+  Garbage collect_garbage(bool dry_run) const;
+  /// Removes scratch folders of processes of this host that are gone.
+  void sweep_scratch() const;
+
+ private:
+  std::filesystem::path record_file(const std::string& key) const;
+  std::filesystem::path slot_file(const std::string& name) const;
+  std::vector<std::filesystem::path> stale_scratch() const;
+  std::filesystem::path root_;
+};
+
+/// Holds the key's lock while it lives. The kernel lets go of it when the process dies, however it dies.
+class MakingLock {
+ public:
+  MakingLock(const Store& store, const std::string& key);
+  ~MakingLock();
+  MakingLock(const MakingLock&) = delete;
+  MakingLock& operator=(const MakingLock&) = delete;
+
+ private:
+  int file_ = -1;
+};
+
+}  // namespace geocage::pipeline
