@@ -160,7 +160,7 @@ void report(const Evaluations& all, std::size_t simulated_steps, pipeline::Run& 
 
 void EvaluateParams::visit(pipeline::Fields& f) {
   f("protocol", protocol, protocol_names(), "named test: loads, friction, limits and engine settings");
-  f("object_geometry", object_geometry, {"truth", "reconstruction"},
+  f("object_geometry", object_geometry, {"truth", "reconstruction", "given"},
     "which geometry of the object is simulated; kept with the results");
   f("null_grasps", null_grasps, {1, 1e6}, "grasps repeated with the hand 1 m away, where nothing may hold");
   f("seed", seed, "seed of the solver");
@@ -183,7 +183,7 @@ std::string_view name(Outcome outcome) {
 }
 
 int Evaluations::count(Outcome outcome) const {
-  return static_cast<int>(std::ranges::count(evaluations, outcome, &Evaluation::outcome));
+  return static_cast<int>(std::ranges::count(list, outcome, &Evaluation::outcome));
 }
 
 Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const hands::GraspSet& grasps,
@@ -209,7 +209,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
     } else {
       tested.push_back(postures[i]);
     }
-    all.evaluations.push_back(std::move(evaluation));
+    all.list.push_back(std::move(evaluation));
   }
   const std::size_t pushes = six_directions().size();
   for (std::size_t i = 0; i < std::min<std::size_t>(count, params.null_grasps); ++i)
@@ -217,7 +217,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
 
   const std::vector<PushTrial> trials = push_all(protocol, body, hand, tested, params.seed, run);
   std::span<const PushTrial> rest(trials);
-  for (Evaluation& evaluation : all.evaluations) {
+  for (Evaluation& evaluation : all.list) {
     if (evaluation.outcome == Outcome::rejected) continue;
     judge(evaluation, rest.first(pushes), protocol);
     rest = rest.subspan(pushes);

@@ -61,7 +61,7 @@ struct NullControl {
 struct Evaluations {
   std::string protocol, object_geometry;
   std::uint64_t seed = 0;
-  std::vector<Evaluation> evaluations;
+  std::vector<Evaluation> list;
   NullControl null_control;
 
   int count(Outcome outcome) const;

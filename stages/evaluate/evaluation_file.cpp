@@ -109,12 +109,12 @@ std::string_view artefact_kind(const Evaluations*) {
 
 void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
   json entries = json::array();
-  for (const Evaluation& evaluation : all.evaluations) entries.push_back(to_json(all, evaluation));
+  for (const Evaluation& evaluation : all.list) entries.push_back(to_json(all, evaluation));
   const json file = {{"schema", "geocage-evaluations 1"},
                      {"protocol", all.protocol},
                      {"object_geometry", all.object_geometry},
                      {"seed", all.seed},
-                     {"counts", counts_json(all.evaluations)},
+                     {"counts", counts_json(all.list)},
                      {"null_control", {{"trials", all.null_control.trials}, {"held", all.null_control.held}}},
                      {"valid", all.valid()},
                      {"evaluations", entries}};
@@ -128,7 +128,7 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   in.exceptions(std::ios::badbit);
   const json file = json::parse(in);
   all = {file.at("protocol"), file.at("object_geometry"), file.at("seed"), {}, {}};
-  for (const json& entry : file.at("evaluations")) all.evaluations.push_back(evaluation_from(entry));
+  for (const json& entry : file.at("evaluations")) all.list.push_back(evaluation_from(entry));
   all.null_control = {file.at("null_control").at("trials"), file.at("null_control").at("held")};
 }
 
