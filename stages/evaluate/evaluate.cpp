@@ -94,13 +94,11 @@ std::vector<PushTrial> push_all(const Protocol& protocol, const ObjectBody& obje
   std::size_t done = 0;
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < trials.size(); ++i) {
-    if (run.cancelled()) continue;
     const Posture& posture = postures[i / directions.size()];
     trials[i] = push_trial(protocol, object, hand, posture, directions[i % directions.size()].axis_O, seed);
 #pragma omp critical
     run.progress(++done, trials.size());
   }
-  if (run.cancelled()) throw pipeline::Cancelled();
   return trials;
 }
 

@@ -126,6 +126,7 @@ void HandBody::add_link(int index, const Eigen::VectorXd& q, const Engine& engin
   body_->setJointPos(index, joint.multiplier * q[joint.dof] + joint.offset_rad);
 }
 
+// A link without capsules gets an empty shape: Bullet finds the island of a link's motor by its collider.
 void HandBody::add_collider(int link, double friction) {
   auto compound = std::make_unique<btCompoundShape>();
   for (const Capsule& capsule : hand_.capsules) {
@@ -134,7 +135,6 @@ void HandBody::add_collider(int link, double friction) {
     compound->addChildShape(capsule_frame(capsule, com_L_[link]), part.get());
     shapes_.push_back(std::move(part));
   }
-  if (compound->getNumChildShapes() == 0) return;
 
   auto collider = std::make_unique<btMultiBodyLinkCollider>(body_.get(), link - 1);
   collider->setCollisionShape(compound.get());

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 #include <Eigen/Eigenvalues>
 
 #include "pipeline/error.h"
@@ -67,8 +66,6 @@ World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& 
   solver_.setRandSeed(static_cast<unsigned long>(seed));
   set_solver(world_.getSolverInfo(), engine);
   world_.setGravity(btVector3(0, 0, 0));
-  world_.getSimulationIslandManager()->setSplitIslands(
-      false);  // motors of links without capsules are in no island
 
   object_.setActivationState(DISABLE_DEACTIVATION);
   object_.setDamping(0, 0);

@@ -63,10 +63,10 @@ class Incline : public testing::TestWithParam<double> {};
 TEST_P(Incline, slips_at_the_angle_of_friction) {
   const double critical = std::atan(0.6), yaw = GetParam() * deg;
   EXPECT_LT(slide(yaw, 25 * deg).late_speed_m_s, 1e-5);
-  EXPECT_LT(slide(yaw, critical - 1 * deg).distance_m, 1e-3);
+  EXPECT_LT(slide(yaw, critical - 0.5 * deg).late_speed_m_s, 1e-5);
   const double above = critical + 1 * deg;
   const double glide = gravity * (std::sin(above) - 0.6 * std::cos(above)) * 0.7 * 0.7 / 2;
-  EXPECT_NEAR(slide(yaw, above).distance_m, glide, 0.1 * glide);
+  EXPECT_NEAR(slide(yaw, above).distance_m, glide, 0.02 * glide);  // it lands on the rails first
 }
 
 INSTANTIATE_TEST_SUITE_P(Yaw, Incline, testing::Values(0.0, 22.5, 45.0));
