@@ -136,27 +136,23 @@ void FieldShape::getAabb(const btTransform& X_WB, btVector3& low, btVector3& hig
   low = center - extent, high = center + extent;
 }
 
-FieldCapsuleAlgorithm::FieldCapsuleAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
-                                             const btCollisionObjectWrapper* body0,
-                                             const btCollisionObjectWrapper* body1, bool field_first)
-    : btActivatingCollisionAlgorithm(info, body0, body1),
-      manifold_(m_dispatcher->getNewManifold(body0->getCollisionObject(), body1->getCollisionObject())),
-      field_first_(field_first) {}
+CapsuleFieldAlgorithm::CapsuleFieldAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                                             const btCollisionObjectWrapper* link,
+                                             const btCollisionObjectWrapper* object)
+    : btActivatingCollisionAlgorithm(info, link, object),
+      manifold_(m_dispatcher->getNewManifold(link->getCollisionObject(), object->getCollisionObject())) {}
 
-FieldCapsuleAlgorithm::~FieldCapsuleAlgorithm() {
+CapsuleFieldAlgorithm::~CapsuleFieldAlgorithm() {
   m_dispatcher->releaseManifold(manifold_);
 }
 
-void FieldCapsuleAlgorithm::processCollision(const btCollisionObjectWrapper* body0,
-                                             const btCollisionObjectWrapper* body1, const btDispatcherInfo&,
+void CapsuleFieldAlgorithm::processCollision(const btCollisionObjectWrapper* link,
+                                             const btCollisionObjectWrapper* object, const btDispatcherInfo&,
                                              btManifoldResult* result) {
-  const btCollisionObjectWrapper& object = field_first_ ? *body0 : *body1;
-  const btCollisionObjectWrapper& link = field_first_ ? *body1 : *body0;
-  const auto& shape = static_cast<const FieldShape&>(*object.getCollisionShape());
-  const auto& capsule = static_cast<const btCapsuleShape&>(*link.getCollisionShape());
-
-  const btTransform X_WO = object.getWorldTransform() * shape.X_BO();
-  const btTransform X_OC = X_WO.inverseTimes(link.getWorldTransform());
+  const auto& shape = static_cast<const FieldShape&>(*object->getCollisionShape());
+  const auto& capsule = static_cast<const btCapsuleShape&>(*link->getCollisionShape());
+  const btTransform X_WO = object->getWorldTransform() * shape.X_BO();
+  const btTransform X_OC = X_WO.inverseTimes(link->getWorldTransform());
   btVector3 half(0, 0, 0);
   half[capsule.getUpAxis()] = capsule.getHalfHeight();
   const double radius = capsule.getRadius();
@@ -168,21 +164,17 @@ void FieldCapsuleAlgorithm::processCollision(const btCollisionObjectWrapper* bod
       field_contacts(shape.field(), {eigen(X_OC * -half), eigen(X_OC * half), radius}, shape.contact_m());
   for (int i = 0; i < contacts.size; ++i) {
     const FieldContact& contact = contacts.items[i];
-    const btVector3 n_W = X_WO.getBasis() * bullet(contact.n_O), axis_W = X_WO * bullet(contact.p_O);
-    const double gap = contact.value_m - radius;
-    // Bullet's normal points from the second body to the first, its point lies on the second.
-    if (field_first_)
-      result->addContactPoint(-n_W, axis_W - radius * n_W, gap);
-    else
-      result->addContactPoint(n_W, axis_W - contact.value_m * n_W, gap);
+    const btVector3 n_W = X_WO.getBasis() * bullet(contact.n_O);
+    const btVector3 on_object = X_WO * bullet(contact.p_O) - contact.value_m * n_W;
+    result->addContactPoint(n_W, on_object, contact.value_m - radius);
   }
 }
 
-btCollisionAlgorithm* FieldCapsuleCreate::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                                   const btCollisionObjectWrapper* body0,
-                                                                   const btCollisionObjectWrapper* body1) {
-  void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(FieldCapsuleAlgorithm));
-  return new (memory) FieldCapsuleAlgorithm(info, body0, body1, m_swapped);
+btCollisionAlgorithm* CapsuleFieldAlgorithm::Create::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* link,
+    const btCollisionObjectWrapper* object) {
+  void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(CapsuleFieldAlgorithm));
+  return new (memory) CapsuleFieldAlgorithm(info, link, object);
 }
 
 }  // namespace geocage::stages

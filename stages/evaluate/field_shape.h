@@ -57,16 +57,16 @@ struct FieldContacts {
 FieldContacts field_contacts(const geometry::SignedDistanceField& field,
                              const hands::PlacedCapsule& capsule_O, double contact_m);
 
-/// Bullet's narrow phase between a capsule and a FieldShape. The contacts of a step are a function of the
-/// poses of that step: nothing is cached from the steps before.
-class FieldCapsuleAlgorithm final : public btActivatingCollisionAlgorithm {
+/// Bullet's narrow phase between a capsule, first, and a FieldShape. The capsules of a link are children of a
+/// compound, and Bullet asks with the child first, whichever body comes first. The contacts of a step are a
+/// function of the poses of that step: nothing is cached from the steps before.
+class CapsuleFieldAlgorithm final : public btActivatingCollisionAlgorithm {
  public:
-  FieldCapsuleAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
-                        const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
-                        bool field_first);
-  ~FieldCapsuleAlgorithm() override;
+  CapsuleFieldAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                        const btCollisionObjectWrapper* link, const btCollisionObjectWrapper* object);
+  ~CapsuleFieldAlgorithm() override;
 
-  void processCollision(const btCollisionObjectWrapper* body0, const btCollisionObjectWrapper* body1,
+  void processCollision(const btCollisionObjectWrapper* link, const btCollisionObjectWrapper* object,
                         const btDispatcherInfo&, btManifoldResult* result) override;
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
@@ -74,17 +74,14 @@ class FieldCapsuleAlgorithm final : public btActivatingCollisionAlgorithm {
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
 
+  struct Create final : btCollisionAlgorithmCreateFunc {
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* link,
+                                                   const btCollisionObjectWrapper* object) override;
+  };
+
  private:
   btPersistentManifold* manifold_;
-  bool field_first_;
-};
-
-/// Makes the algorithm for one order of the two shapes.
-struct FieldCapsuleCreate final : btCollisionAlgorithmCreateFunc {
-  explicit FieldCapsuleCreate(bool field_first) { m_swapped = field_first; }
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* body0,
-                                                 const btCollisionObjectWrapper* body1) override;
 };
 
 }  // namespace geocage::stages

@@ -61,8 +61,6 @@ World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& 
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
   dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
                                           &capsule_field_);
-  dispatcher_.registerCollisionCreateFunc(CUSTOM_CONCAVE_SHAPE_TYPE, CAPSULE_SHAPE_PROXYTYPE,
-                                          &field_capsule_);
   solver_.setRandSeed(static_cast<unsigned long>(seed));
   set_solver(world_.getSolverInfo(), engine);
   world_.setGravity(btVector3(0, 0, 0));

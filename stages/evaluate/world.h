@@ -53,7 +53,7 @@ class World {
   HandBody hand_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
-  FieldCapsuleCreate capsule_field_{false}, field_capsule_{true};
+  CapsuleFieldAlgorithm::Create capsule_field_;
   btDbvtBroadphase broadphase_;
   ConeSolver solver_;
   btMultiBodyDynamicsWorld world_;  // last: its end touches all of the above
