@@ -6,8 +6,9 @@
 
 namespace geocage::hands {
 
-/// Signed distance of a capsule's surface to the object: the smallest of the field along its axis minus the radius,
-/// from samples every `step_m` refined by golden section. `p_O` is the axis point, `n_O` the field's unit gradient there.
+/// Signed distance of a capsule's surface to the object: the smallest of the field along its axis minus the
+/// radius, from samples every `step_m` refined by golden section. `p_O` is the axis point, `n_O` the field's
+/// unit gradient there.
 struct CapsuleDistance {
   double distance_m;
   Vec3 p_O, n_O;
@@ -17,8 +18,8 @@ CapsuleDistance capsule_distance(const geometry::SignedDistanceField& field, con
 
 struct Contact {
   int link = 0;
-  Vec3 p_O = Vec3::Zero();  ///< on the object's surface
-  Vec3 n_O = Vec3::UnitZ(); ///< outward from the object
+  Vec3 p_O = Vec3::Zero();   ///< on the object's surface
+  Vec3 n_O = Vec3::UnitZ();  ///< outward from the object
   double distance_m = 0;
 };
 
@@ -27,8 +28,8 @@ enum class Closure { closed, blocked_at_start };
 struct ClosedHand {
   Closure outcome = Closure::closed;
   Eigen::VectorXd q;
-  std::vector<Contact> contacts;      ///< the nearest point of each link within `contact_m`
-  double penetration_m = 0;           ///< deepest of all capsules, 0 when free
+  std::vector<Contact> contacts;  ///< the nearest point of each link within `contact_m`
+  double penetration_m = 0;       ///< deepest of all capsules, 0 when free
   int fingers_touching = 0;
 };
 
@@ -36,9 +37,9 @@ struct ClosingRule {
   double step_rad = 0.01, contact_m = 0.0025;
 };
 
-/// Closes finger by finger's joints, proximal first, until each link touches or its joint ends (method.md 6, placement.md 4).
-/// `blocked_at_start` when a capsule of the open hand is inside the object. Steps shrink so that no capsule moves farther
-/// than the free distance: nothing tunnels.
+/// Closes finger by finger's joints, proximal first, until each link touches or its joint ends (method.md 6,
+/// placement.md 4). `blocked_at_start` when a capsule of the open hand is inside the object. Steps shrink so
+/// that no capsule moves farther than the free distance: nothing tunnels.
 ClosedHand close_hand(const Hand& hand, const geometry::SignedDistanceField& field, const Pose& X_OH,
                       const Eigen::VectorXd& q_open, const ClosingRule& rule);
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,17 +18,18 @@ struct Joint {
   int parent_link = 0, child_link = 0;
   Pose X_PJ = Pose::Identity();
   Vec3 axis_J = Vec3::UnitZ();
-  int dof = 0;                              ///< index into q; meaningful unless fixed
-  double multiplier = 1, offset_rad = 0;    ///< joint value = multiplier * q[dof] + offset (mimic joints)
-  double lower_rad = 0, upper_rad = 0;      ///< metres for prismatic joints
+  int dof = 0;                            ///< index into q; meaningful unless fixed
+  double multiplier = 1, offset_rad = 0;  ///< joint value = multiplier * q[dof] + offset (mimic joints)
+  double lower_rad = 0, upper_rad = 0;    ///< metres for prismatic joints, infinite for continuous ones
   double velocity_limit_rad_s = 0, effort_limit_nm = 0;
 };
 
-/// A kinematic tree from a URDF: constant after loading. Links and joints are in topological order, parents first;
-/// link 0 is the base H. q holds the independent joints in the order of `dof_names`.
+/// A kinematic tree from a URDF: constant after loading. Links and joints are in depth-first order, parents
+/// first; link 0 is the base H. q holds the independent joints in the order of `dof_names`; their limits are
+/// narrowed to what their mimic joints allow.
 struct KinematicTree {
   std::vector<std::string> links;
-  std::vector<Joint> joints;          ///< joint i moves link i + 1
+  std::vector<Joint> joints;  ///< joint i moves link i + 1
   std::vector<std::string> dof_names;
   Eigen::VectorXd lower_rad, upper_rad, velocity_limit_rad_s, effort_limit_nm;
 
@@ -38,7 +38,11 @@ struct KinematicTree {
   int dof(const std::string& name) const;   ///< UserError when there is none
 };
 
-/// Errors (UserError, configuration): not a URDF, cycle, unknown link, limits reversed, mimic of itself or of nobody.
+/// Errors (UserError, configuration), each naming the link or joint: not a URDF, cycle, unknown link, a type
+/// of joint other than fixed, revolute, continuous or prismatic, limits missing or reversed, a number that is
+/// not finite, an offset beyond 10 m, a mesh scale outside [1e-4, 1e4], mimic of itself, of nobody or in a
+/// circle.
+KinematicTree parse_urdf(const std::string& text, const std::string& where);
 KinematicTree read_urdf(const std::filesystem::path& file);
 
 /// X_HL of every link. `X_HL` is resized on first use only. O(links).
