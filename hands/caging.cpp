@@ -9,20 +9,9 @@ namespace geocage::hands {
 
 namespace {
 
-constexpr double depth_m = 0.0005;  // what counts as running into the hand; more than closing leaves
-constexpr double smallest_step_m = 0.001, largest_step_m = 0.02;  // below the free border of fields
-
-/// Whether the capsule, moved along `way`, gets deeper than `depth_m` into the object.
-bool runs_into(const geometry::SignedDistanceField& field, const PlacedCapsule& start, const Vec3& way,
-               double travel_m) {
-  for (double moved = 0;;) {
-    const PlacedCapsule capsule{start.a + moved * way, start.b + moved * way, start.radius_m};
-    const double free_m = capsule_distance(field, capsule).distance_m + depth_m;
-    if (free_m < 0) return true;
-    if (moved >= travel_m) return false;
-    moved = std::min(travel_m, moved + std::clamp(free_m, smallest_step_m, largest_step_m));
-  }
-}
+constexpr double depth_m = 0.0005;  // what counts as running into the object; more than closing leaves
+constexpr double smallest_step_m = 0.001,
+                 largest_step_m = 0.02;  // the field is too large beyond its free border
 
 }  // namespace
 
@@ -61,12 +50,29 @@ std::vector<Vec3> sphere_directions(int splits) {
   return points;
 }
 
+std::optional<double> free_travel_m(const geometry::SignedDistanceField& field,
+                                    const std::vector<PlacedCapsule>& capsules_O, const Vec3& way_O,
+                                    double travel_m) {
+  std::optional<double> first;
+  for (const PlacedCapsule& start : capsules_O) {
+    for (double moved = 0;;) {
+      const Vec3 offset = moved * way_O;
+      const double free_m =
+          capsule_distance(field, {start.a + offset, start.b + offset, start.radius_m}).distance_m + depth_m;
+      if (free_m < 0) first = travel_m = moved;
+      if (moved >= travel_m) break;
+      moved = std::min(travel_m, moved + std::clamp(free_m, smallest_step_m, largest_step_m));
+    }
+  }
+  return first;
+}
+
 double blocked_share(const geometry::SignedDistanceField& field, const std::vector<PlacedCapsule>& capsules_O,
                      double travel_m) {
   static const std::vector<Vec3> directions = sphere_directions(1);
-  const auto blocked = [&](const Vec3& direction) {
+  const auto blocked = [&](const Vec3& direction) {  // the hand moves instead of the object
     return std::any_of(capsules_O.begin(), capsules_O.end(), [&](const PlacedCapsule& capsule) {
-      return runs_into(field, capsule, -direction, travel_m);  // the hand moves instead of the object
+      return free_travel_m(field, {capsule}, -direction, travel_m).has_value();
     });
   };
   return static_cast<double>(std::count_if(directions.begin(), directions.end(), blocked)) /
