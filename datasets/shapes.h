@@ -1,0 +1,44 @@
+#pragma once
+#include "geometry/mesh.h"
+
+namespace geocage::datasets {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
+// Analytic shapes: test oracles, and the reports' sketches. Centred at the origin of O, axis z, metres;
+// closed and outward unless said otherwise. The same arguments always give the same bytes. V and A are those
+// of the smooth shape; an inscribed polyhedron is smaller by O(1 / n^2).
+
+/// Regular solids with edge length 1 m. V = sqrt(2)/12, 1, sqrt(2)/3, 5 (3 + sqrt 5)/12.
+TriangleMesh tetrahedron();
+TriangleMesh cube();
+TriangleMesh octahedron();
+TriangleMesh icosahedron();
+
+/// Box with sides `size_m`, each of them cut into `cells`. V = xyz.
+TriangleMesh box(const Vec3& size_m, int cells = 1);
+
+/// Icosahedron whose triangles are cut into four `subdivisions` times, on the sphere. 20 * 4^n triangles.
+/// V = 4/3 pi r^3, A = 4 pi r^2.
+TriangleMesh icosphere(double radius_m, int subdivisions);
+
+/// Tube of radius r around a circle of radius R > r: nu points along the circle, nv around the tube. Euler
+/// number 0. V = 2 pi^2 R r^2, A = 4 pi^2 R r; Gauss curvature cos v / (r (R + r cos v)).
+TriangleMesh torus(double ring_radius_m, double tube_radius_m, int nu, int nv);
+
+/// Closed cylinder, `around` points a circle, rows as far apart as these points; its caps are fans of rings.
+/// The polyhedron itself has V = n/2 sin(2 pi/n) r^2 h.
+TriangleMesh capped_cylinder(double radius_m, double height_m, int around);
+
+/// The mantle of that cylinder alone in `along` rows: open, two boundary loops, Euler number 0.
+TriangleMesh open_tube(double radius_m, double height_m, int around, int along);
+
+/// Flat square in the plane z = 0, normals +z, cells x cells x 2 triangles: open, Euler number 1.
+TriangleMesh flat_grid(double side_m, int cells);
+
+/// A mug without its handle: bottom at z = 0, wall and bottom `wall_m` thick; closed, of genus 0.
+/// The polyhedron itself has V = n/2 sin(2 pi/n) (r^2 h - (r - w)^2 (h - w)).
+TriangleMesh cup(double radius_m, double height_m, double wall_m, int around);
+
+}  // namespace geocage::datasets
