@@ -158,6 +158,7 @@ void report(const Evaluations& all, std::size_t simulated_steps, pipeline::Run& 
 
 void EvaluateParams::visit(pipeline::Fields& f) {
   f("protocol", protocol, protocol_names(), "named test: loads, friction, limits and engine settings");
+  f("friction", friction, {0, 10}, "Coulomb's mu of every contact");
   f("object_geometry", object_geometry, {"truth", "reconstruction", "given"},
     "which geometry of the object is simulated; kept with the results");
   f("null_grasps", null_grasps, {1, 1e6}, "grasps repeated with the hand 1 m away, where nothing may hold");
@@ -187,7 +188,8 @@ int Evaluations::count(Outcome outcome) const {
 Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const hands::GraspSet& grasps,
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand) {
-  const Protocol& protocol = find_protocol(params.protocol);
+  Protocol protocol = find_protocol(params.protocol);
+  protocol.engine.friction = params.friction;
   const std::size_t approaches = trajectories.trajectories.size(), count = grasps.grasps.size();
   if (approaches != 0 && approaches != count)
     throw UserError(Fault::input, "trajectories",
@@ -196,7 +198,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   const ObjectBody body = solid_body(object, field, protocol.mass_kg);
   const std::vector<Posture> postures = postures_of(grasps, hand, field, protocol.grip);
 
-  Evaluations all{params.protocol, params.object_geometry, params.seed, {}, {}};
+  Evaluations all{params, {}, {}};
   std::vector<Posture> tested;
   for (std::size_t i = 0; i < count; ++i) {
     Evaluation evaluation;
