@@ -42,6 +42,7 @@ json engine_json(const EvaluateParams& params) {
           {"iterations", engine.iterations},
           {"margin_m", 0},
           {"contact_m", engine.contact_m},
+          {"way_out_m_s", engine.way_out_m_s},
           {"mu", params.friction},
           {"mu_rule", "product of the bodies' coefficients, each sqrt(mu); cone, two directions"},
           {"mass_kg", protocol.mass_kg},
