@@ -118,6 +118,7 @@ void Entry::visit(pipeline::Fields& f) {
   f("unit", unit, {}, "length unit of the file's numbers");
   f("scene", scene, {"object", "table"}, "the object alone, or on a table among others");
   f("cluster", cluster, {0, 100}, "which object of a table scene, the largest first");
+  f("up", up, {"x", "y", "z"}, "axis that points up when the object stands; for pictures");
   f("notes", notes, {}, "what it is");
 }
 

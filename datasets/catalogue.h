@@ -17,6 +17,7 @@ struct Entry {
   std::string unit = "m";        ///< as unit_factor (geometry/mesh_files.h) reads it
   std::string scene = "object";  ///< "object", or "table": the object stands on one, with others around it
   int cluster = 0;               ///< which object of a table scene, the largest first
+  std::string up = "z";          ///< axis of the file that points up when the object stands, for pictures
   std::string notes;
 
   void visit(pipeline::Fields& fields);  ///< all but the name

@@ -28,7 +28,7 @@ struct SignedDistanceField {
 struct FieldGrid {
   int cells = 64;       ///< along the longest side of the padded box
   double pad_m = 0.03;  ///< free border around the surface's box
-  int refine = 4;
+  int refine = 3;
 };
 
 /// Exact node distances by Embree closest-point queries (triangle distance in double), sign by flooding
@@ -37,6 +37,8 @@ struct FieldGrid {
 /// F) for N nodes.
 SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGrid& grid);
 
+/// The point of triangle abc nearest to p; a triangle without area counts as its edges.
+Vec3 closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 /// Exact unsigned distance of p to the mesh by brute force, O(F): the oracle of tests.
 double brute_force_distance_m(const TriangleMesh& mesh, const Vec3& p);
 /// Generalised winding number of the closed mesh around p (Jacobson et al. 2013, eq. 5), O(F): 1 inside, 0

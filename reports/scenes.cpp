@@ -60,13 +60,13 @@ Part ball_part(const std::vector<Vec3>& centers, double radius_m, const Colour& 
 }
 
 Part point_part(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, double size_m,
-                const Colour& colour) {
+                const std::vector<Colour>& colours) {
   Part squares;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 n = normals.empty() ? Vec3::UnitZ() : normals[i];
     const Vec3 x = size_m / 2 * n.unitOrthogonal(), y = n.cross(x);
     append(squares, {{{points[i] - x, points[i] - y, points[i] + x, points[i] + y}, {{0, 1, 2}, {0, 2, 3}}},
-                     std::vector<Colour>(4, colour),
+                     std::vector<Colour>(4, colours[i]),
                      std::vector<Vec3>(4, n)});
   }
   return squares;

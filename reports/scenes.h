@@ -12,10 +12,10 @@ Part coloured_surface(const TriangleMesh& mesh, const std::vector<double>& value
 Part capsule_part(const Vec3& a, const Vec3& b, double radius_m, const Colour& colour);
 /// A little ball at each place.
 Part ball_part(const std::vector<Vec3>& centers, double radius_m, const Colour& colour);
-/// Scan points as small double-sided squares that face along their normals (the camera's side decides the
-/// shade where there are none).
+/// Scan points as small squares that face along their normals (up, where there are none), with a colour a
+/// point.
 Part point_part(const std::vector<Vec3>& points, const std::vector<Vec3>& normals, double size_m,
-                const Colour& colour);
+                const std::vector<Colour>& colours);
 /// The hand's capsules at X_OH with posture `q`: dark palm, light fingers.
 Part hand_part(const hands::Hand& hand, const geometry::Pose& X_OH, const Eigen::VectorXd& q);
 

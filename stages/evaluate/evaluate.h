@@ -12,11 +12,13 @@
 #include "hands/hand.h"
 #include "motion/trajectory.h"
 #include "pipeline/stage.h"
+#include "stages/evaluate/presets.h"
 
 namespace geocage::stages {
 
 struct EvaluateParams {
   std::string protocol = "geocage-force";
+  double friction = Engine{}.friction;
   std::string object_geometry = "truth";
   int null_grasps = 4;
   std::uint64_t seed = 0;
@@ -59,8 +61,7 @@ struct NullControl {
 
 /// All grasps of a set under one protocol.
 struct Evaluations {
-  std::string protocol, object_geometry;
-  std::uint64_t seed = 0;
+  EvaluateParams params;
   std::vector<Evaluation> list;
   NullControl null_control;
 

@@ -29,20 +29,21 @@ Outcome outcome_named(const std::string& text) {
 }
 
 /// All that the outcome depends on besides the grasp and the object.
-json engine_json(const Evaluations& all) {
-  const Protocol& protocol = find_protocol(all.protocol);
+json engine_json(const EvaluateParams& params) {
+  const Protocol& protocol = find_protocol(params.protocol);
   const Engine& engine = protocol.engine;
   const Grip& grip = protocol.grip;
   return {{"name", "Bullet"},
           {"version", "3.24, double precision"},
           {"stage_version", evaluate_stage.version},
-          {"object_geometry", all.object_geometry},
+          {"object_geometry", params.object_geometry},
           {"object_shape", "signed distance field against capsules"},
           {"dt_s", engine.dt_s},
           {"iterations", engine.iterations},
           {"margin_m", 0},
           {"contact_m", engine.contact_m},
-          {"mu", engine.friction},
+          {"way_out_m_s", engine.way_out_m_s},
+          {"mu", params.friction},
           {"mu_rule", "product of the bodies' coefficients, each sqrt(mu); cone, two directions"},
           {"mass_kg", protocol.mass_kg},
           {"hand_density_kg_m3", engine.hand_density_kg_m3},
@@ -90,7 +91,7 @@ json to_json(const Evaluations& all, const Evaluation& evaluation) {
   for (const DirectionResult& result : evaluation.directions) directions.push_back(direction_json(result));
   return {{"schema", "geocage-evaluation 1"},
           {"grasp", evaluation.grasp},
-          {"protocol", all.protocol},
+          {"protocol", all.params.protocol},
           {"outcome", name(evaluation.outcome)},
           {"reason", evaluation.reason},
           {"directions", directions},
@@ -99,8 +100,8 @@ json to_json(const Evaluations& all, const Evaluation& evaluation) {
           {"start_penetration_m", evaluation.start_penetration_m},
           {"max_penetration_m", evaluation.max_penetration_m},
           {"counts", counts_json({evaluation})},
-          {"engine", engine_json(all)},
-          {"seed", all.seed}};
+          {"engine", engine_json(all.params)},
+          {"seed", all.params.seed}};
 }
 
 std::string_view artefact_kind(const Evaluations*) {
@@ -111,9 +112,11 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
   json entries = json::array();
   for (const Evaluation& evaluation : all.list) entries.push_back(to_json(all, evaluation));
   const json file = {{"schema", "geocage-evaluations 1"},
-                     {"protocol", all.protocol},
-                     {"object_geometry", all.object_geometry},
-                     {"seed", all.seed},
+                     {"protocol", all.params.protocol},
+                     {"friction", all.params.friction},
+                     {"object_geometry", all.params.object_geometry},
+                     {"null_grasps", all.params.null_grasps},
+                     {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
                      {"null_control", {{"trials", all.null_control.trials}, {"held", all.null_control.held}}},
                      {"valid", all.valid()},
@@ -127,7 +130,10 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   std::ifstream in(dir / "evaluations.json");
   in.exceptions(std::ios::badbit);
   const json file = json::parse(in);
-  all = {file.at("protocol"), file.at("object_geometry"), file.at("seed"), {}, {}};
+  all = {{file.at("protocol"), file.at("friction"), file.at("object_geometry"), file.at("null_grasps"),
+          file.at("seed")},
+         {},
+         {}};
   for (const json& entry : file.at("evaluations")) all.list.push_back(evaluation_from(entry));
   all.null_control = {file.at("null_control").at("trials"), file.at("null_control").at("held")};
 }

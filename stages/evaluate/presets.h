@@ -11,6 +11,7 @@ struct Engine {
   int iterations = 50;
   double friction = 0.6;             ///< Coulomb's mu of a contact; each body carries its square root
   double contact_m = 1e-3;           ///< contacts are made from this gap on
+  double way_out_m_s = 0.02;         ///< fastest that a penetration is undone
   double hand_density_kg_m3 = 2000;  ///< links weigh as their capsules do
 };
 

@@ -58,6 +58,7 @@ World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& 
       object_(body_info(object, shape_, X_WO, engine.friction)),
       hand_(hand, X_WH, q, engine),
       dispatcher_(&configuration_),
+      solver_(engine.way_out_m_s),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
   dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
                                           &capsule_field_);

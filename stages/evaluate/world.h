@@ -6,7 +6,7 @@
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
-#include "stages/evaluate/cone_solver.h"
+#include "stages/evaluate/contact_solver.h"
 #include "stages/evaluate/field_shape.h"
 #include "stages/evaluate/hand_body.h"
 
@@ -55,7 +55,7 @@ class World {
   btCollisionDispatcher dispatcher_;
   CapsuleFieldAlgorithm::Create capsule_field_;
   btDbvtBroadphase broadphase_;
-  ConeSolver solver_;
+  ContactSolver solver_;
   btMultiBodyDynamicsWorld world_;  // last: its end touches all of the above
 };
 

@@ -1,0 +1,226 @@
+#include "reports/report.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <set>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "reports/html.h"
+#include "reports/pair_page.h"
+#include "reports/style.h"
+
+namespace geocage::reports {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Row = std::vector<std::string>;
+
+std::string section(std::string_view title, std::string_view content) {
+  return element("section", element("h2", title) + std::string(content));
+}
+
+std::string pair_id(std::size_t index) {
+  return fmt::format("pair-{}", index + 1);
+}
+
+std::string header(const ReportInput& input) {
+  const Counts& c = input.counts;
+  std::string tiles;
+  for (const auto& [name, count] : {std::pair{"pairs", c.in},
+                                    {"done", c.done},
+                                    {"failed", c.failed},
+                                    {"rejected", c.rejected},
+                                    {"skipped", c.skipped}})
+    tiles += element("div", fmt::format("<b>{}</b>{}", count, name), "class=\"tile\"");
+  const std::string sum = fmt::format("{} + {} + {} + {} = {}", c.done, c.failed, c.rejected, c.skipped,
+                                      c.done + c.failed + c.rejected + c.skipped);
+  return element("h1", escaped(input.title)) +
+         element("p",
+                 "Caging grasps from scans: what each object looked like to the sensor, where its surface "
+                 "invites a "
+                 "hand, how the hand closed there, and whether it kept the object when a simulator pushed.") +
+         element("div", tiles, "class=\"tiles\"") +
+         (c.add_up()
+              ? element("p", fmt::format("The counts add up: {}, every object-hand pair once.", sum),
+                        "class=\"soft\"")
+              : element("p",
+                        fmt::format("<b>The counts do not add up:</b> {}, but {} pairs went in. Please "
+                                    "report this.",
+                                    sum, c.in),
+                        "class=\"warning\""));
+}
+
+std::string overview(const std::vector<PairResults>& pairs) {
+  std::vector<Row> rows = {{"object", "hand", "outcome", "grasps", "held", "95 % interval", "null control"}};
+  int held = 0, tested = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const PairResults& pair = pairs[i];
+    Row row = {fmt::format("<a href=\"#{}\">{}</a>", pair_id(i), escaped(pair.input.object)),
+               escaped(pair.input.hand), escaped(pair.input.outcome),
+               pair.grasps ? std::to_string(pair.grasps->grasps.size()) : "–"};
+    if (pair.evaluations) {
+      const Evaluations& test = *pair.evaluations;
+      const Proportion rate = pair.held_rate();
+      held += test.held();
+      tested += static_cast<int>(test.grasps.size());
+      row.push_back(fmt::format("{} of {}", test.held(), test.grasps.size()));
+      row.push_back(interval_bar(rate) + percent(rate.low) + " – " + percent(rate.high));
+      row.push_back(test.null_held == 0 ? "lost all, as it must" : "<b>held: not valid</b>");
+    } else {
+      row.insert(row.end(), {"–", "–", "–"});
+    }
+    rows.push_back(row);
+  }
+  const Proportion rate = wilson(held, tested);
+  const std::string all = fmt::format(
+      "Of all {} grasps {} were held: {} (95 % interval {} to {}). The interval takes grasps as independent; "
+      "those of "
+      "one object are not, so the truth is less sure than it says.",
+      tested, held, percent(rate.share), percent(rate.low), percent(rate.high));
+  return section("At a glance", table(rows) + (tested > 0 ? element("p", all) : ""));
+}
+
+std::string meaning() {
+  return section(
+      "What these figures mean, and what they don’t",
+      element(
+          "p",
+          "<b>Held</b> says: in a simulator, with this friction and these motors, the closing hand kept the "
+          "object "
+          "within the limits while it was pushed six ways. It is a test of force in one rigid-body engine. "
+          "It does "
+          "not prove a cage, says nothing of torques or other pushes, and is no promise for a real hand.") +
+          element("p",
+                  "<b>Lost</b> grasps are results, not faults of the run; they count in the rate, and so do "
+                  "grasps that "
+                  "were rejected, that never settled, or whose simulation failed. Rates of other projects "
+                  "follow other "
+                  "protocols and can’t be compared with these."));
+}
+
+std::string troubles(const ReportInput& input) {
+  std::vector<Row> rows = {{"slot", "state", "why"}};
+  for (const SlotInput& slot : input.slots)
+    if (slot.state == "failed") rows.push_back({escaped(slot.slot), "failed", escaped(slot.sentence)});
+  for (const PairInput& pair : input.pairs)
+    if (pair.outcome == "skipped" || pair.outcome == "rejected")
+      rows.push_back(
+          {escaped(pair.object + " with " + pair.hand), escaped(pair.outcome), escaped(pair.sentence)});
+  return rows.size() == 1 ? "" : section("Failed, rejected and skipped", table(rows, "class=\"text\""));
+}
+
+std::string times(const std::vector<SlotInput>& slots) {
+  std::vector<TimeBar> bars;  // in the order of the first slot of each stage
+  for (const SlotInput& slot : slots) {
+    auto bar = std::ranges::find(bars, slot.stage, &TimeBar::name);
+    if (bar == bars.end()) bar = bars.insert(bars.end(), {slot.stage, 0, 0});
+    (slot.state == "hit" ? bar->earlier_s : bar->now_s) +=
+        slot.state == "hit" ? slot.made_seconds : slot.seconds;
+  }
+  if (bars.empty()) return "";
+  return section(
+      "Where the time went",
+      time_chart(bars) + element("p",
+                                 "Seconds a stage, all slots together. Pale: spent in an earlier run; "
+                                 "this one found the result in the store.",
+                                 "class=\"soft\""));
+}
+
+std::string sources(const std::vector<PairInput>& pairs) {
+  std::vector<Row> rows = {{"object", "from"}};
+  std::set<std::string> seen;
+  for (const PairInput& pair : pairs)
+    if (seen.insert(pair.object).second) rows.push_back({escaped(pair.object), escaped(pair.source)});
+  return section("Where the objects come from", table(rows, "class=\"text\""));
+}
+
+std::string text_rows(const Texts& texts) {
+  std::vector<Row> rows = {{"name", "value"}};
+  for (const auto& [name, value] : texts) rows.push_back({escaped(name), element("code", escaped(value))});
+  return table(rows, "class=\"text\"");
+}
+
+std::string slot_table(const std::vector<SlotInput>& slots) {
+  std::vector<Row> rows = {{"slot", "state", "seconds", "figures", "folder"}};
+  for (const SlotInput& slot : slots) {
+    std::string metrics;
+    for (const auto& [name, value] : slot.metrics)
+      metrics += fmt::format("{} {:.4g}; ", escaped(name), value);
+    if (metrics.ends_with("; ")) metrics.resize(metrics.size() - 2);
+    rows.push_back({escaped(slot.slot), escaped(slot.state),
+                    seconds(slot.state == "hit" ? slot.made_seconds : slot.seconds), metrics,
+                    slot.folder.empty() ? "" : element("code", escaped(slot.folder.string()))});
+  }
+  return table(rows);
+}
+
+std::string details(const ReportInput& input, const std::vector<PairResults>& pairs) {
+  std::string parameters, engines;
+  for (const auto& [slot, texts] : input.parameters) parameters += fold(escaped(slot), text_rows(texts));
+  std::set<std::string> told;
+  for (const PairResults& pair : pairs)
+    if (pair.evaluations)
+      if (const auto rows = text_rows(pair.evaluations->engine); told.insert(rows).second)
+        engines += element("h3", escaped(pair.input.object) + " with " + escaped(pair.input.hand)) + rows;
+  std::string html = fold("Every slot", slot_table(input.slots));
+  if (!parameters.empty()) html += fold("Parameters used", parameters);
+  if (!engines.empty()) html += fold("Settings of the simulator", engines);
+  if (!input.flow_text.empty()) html += fold("The flow", element("pre", escaped(input.flow_text)));
+  return section("Details", html);
+}
+
+std::string footer(const Texts& run) {
+  std::string html;
+  for (const auto& [name, value] : run)
+    html += (html.empty() ? "" : " · ") + escaped(name) + " " + escaped(value);
+  return element("footer", html);
+}
+
+std::string page(const ReportInput& input, const std::vector<PairResults>& pairs,
+                 const std::vector<std::vector<Figure>>& figures) {
+  std::string body = header(input) + overview(pairs);
+  for (std::size_t i = 0; i < pairs.size(); ++i) body += pair_section(pairs[i], figures[i], pair_id(i));
+  body += troubles(input) + meaning() + times(input.slots) + sources(input.pairs) + details(input, pairs) +
+          footer(input.run);
+  return fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width, "
+      "initial-scale=1\"><title>{}</title><style>{}</style></head><body><main>{}</main>"
+      "</body></html>\n",
+      escaped(input.title), style_sheet, body);
+}
+
+/// All or nothing: a reader never sees half a page.
+void write_by_rename(const fs::path& file, const std::string& text) {
+  const fs::path fresh = file.string() + ".new";
+  std::ofstream out(fresh, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw std::system_error(errno ? errno : EIO, std::generic_category(), fresh.string());
+  fs::rename(fresh, file);
+}
+
+}  // namespace
+
+fs::path write_report(const ReportInput& input, const fs::path& folder) {
+  const fs::path pictures = folder / "pictures";
+  fs::create_directories(pictures);
+  std::vector<PairResults> pairs;
+  std::vector<std::vector<Figure>> figures;
+  for (std::size_t i = 0; i < input.pairs.size(); ++i) {
+    pairs.push_back(load_pair(input.pairs[i]));
+    const std::string prefix =
+        fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
+    figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
+  }
+  const fs::path index = folder / "index.html";
+  write_by_rename(index, page(input, pairs, figures));
+  return index;
+}
+
+}  // namespace geocage::reports

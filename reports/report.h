@@ -1,0 +1,60 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "geometry/pose.h"
+#include "hands/hand.h"
+
+namespace geocage::reports {
+
+/// Object-hand pairs of a run.
+struct Counts {
+  int in = 0, done = 0, failed = 0, rejected = 0, skipped = 0;
+  bool add_up() const { return in == done + failed + rejected + skipped; }
+};
+
+/// One object with one hand. The folders are artefacts; an empty one was not made, and its part of the report
+/// is left out.
+struct PairInput {
+  std::string object, hand;
+  std::string outcome;       ///< "done", "failed", "rejected" or "skipped"
+  std::string sentence;      ///< why, unless done
+  std::string source;        ///< where the object comes from: package and licence, or file
+  bool truth_known = false;  ///< the object's file is its true surface; else it is a scan
+  geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< of pictures, where the cloud knows no table
+  std::filesystem::path cloud, scores, grasps, trajectories, evaluations;
+};
+
+struct SlotInput {
+  std::string slot, stage, state;  ///< "made", "hit", "failed" or "skipped"
+  double seconds = 0;              ///< in this run
+  double made_seconds = 0;         ///< when it was made
+  std::filesystem::path folder;
+  std::string sentence;  ///< why it failed or was skipped
+  std::map<std::string, double> metrics;
+};
+
+/// Names with texts, in order.
+using Texts = std::vector<std::pair<std::string, std::string>>;
+
+/// Everything a report tells that lies in no artefact.
+struct ReportInput {
+  std::string title;      ///< the flow's name
+  std::string flow_text;  ///< the flow file as it was read
+  Counts counts;
+  std::vector<PairInput> pairs;
+  std::vector<SlotInput> slots;
+  std::vector<std::pair<std::string, Texts>> parameters;  ///< of each slot
+  std::vector<hands::Hand> hands;                         ///< those that pairs name
+  Texts run;  ///< program, host, date, duration: kept out of artefacts
+};
+
+/// Writes index.html and pictures/ into `folder` (made if it isn't there) and answers the path of index.html.
+/// The page needs no other file and no network. index.html arrives last, by rename. Errors: UserError (store)
+/// for a broken artefact; std::system_error when the folder can't be written.
+std::filesystem::path write_report(const ReportInput& input, const std::filesystem::path& folder);
+
+}  // namespace geocage::reports

@@ -1,0 +1,86 @@
+#include "reports/results.h"
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/error.h"
+
+namespace geocage::reports {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+json read_json(const fs::path& file, const std::string& schema) {
+  std::ifstream in(file);
+  try {
+    json content = json::parse(in);
+    if (content.at("schema") == schema) return content;
+  } catch (const json::exception&) {  // told below
+  }
+  throw pipeline::UserError(pipeline::Fault::store, file.string(),
+                            "this is not a file of schema '" + schema + "'", "run `geocage verify`");
+}
+
+/// A number, which a file writes as null when it is none.
+double number(const json& object, const char* key) {
+  const auto entry = object.find(key);
+  return entry == object.end() || !entry->is_number() ? std::numeric_limits<double>::quiet_NaN()
+                                                      : entry->get<double>();
+}
+
+EvaluationResult evaluation_from(const json& entry) {
+  EvaluationResult result;
+  result.grasp = entry.at("grasp");
+  result.outcome = entry.at("outcome");
+  result.reason = entry.at("reason");
+  result.drift_m = number(entry, "drift_m");
+  result.drift_rad = number(entry, "drift_rad");
+  for (const json& direction : entry.at("directions"))
+    result.directions.push_back({direction.at("name"), direction.at("held"),
+                                 number(direction, "max_displacement_m"),
+                                 number(direction, "max_rotation_rad")});
+  return result;
+}
+
+}  // namespace
+
+int Evaluations::held() const {
+  return static_cast<int>(std::ranges::count(grasps, "held", &EvaluationResult::outcome));
+}
+
+Evaluations read_evaluations(const fs::path& folder) {
+  const json file = read_json(folder / "evaluations.json", "geocage-evaluations 1");
+  Evaluations all;
+  all.protocol = file.at("protocol");
+  all.object_geometry = file.at("object_geometry");
+  all.counts = file.at("counts");
+  all.null_trials = file.at("null_control").at("trials");
+  all.null_held = file.at("null_control").at("held");
+  for (const json& entry : file.at("evaluations")) {
+    all.grasps.push_back(evaluation_from(entry));
+    if (!all.engine.empty()) continue;
+    for (const auto& [key, value] : entry.at("engine").items())
+      all.engine.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return all;
+}
+
+std::vector<Approach> read_approaches(const fs::path& folder) {
+  std::vector<Approach> approaches;
+  for (;;) {
+    const fs::path file = folder / ("trajectory_" + std::to_string(approaches.size()) + ".json");
+    if (!fs::exists(file)) return approaches;
+    const json way = read_json(file, "geocage-trajectory 1");
+    const auto steps = way.at("q_rad").size();
+    approaches.push_back({way.value("outcome", "planned"),
+                          steps > 1 ? static_cast<double>(steps - 1) * number(way, "dt_s") : 0,
+                          number(way, "min_clearance_m"), way.at("certified")});
+  }
+}
+
+}  // namespace geocage::reports

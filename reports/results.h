@@ -1,0 +1,45 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace geocage::reports {
+
+/// One push of one grasp.
+struct DirectionResult {
+  std::string name;
+  bool held = false;
+  double max_displacement_m = 0, max_rotation_rad = 0;
+};
+
+struct EvaluationResult {
+  int grasp = 0;
+  std::string outcome, reason;
+  double drift_m = 0, drift_rad = 0;
+  std::vector<DirectionResult> directions;
+};
+
+/// What "geocage-evaluations 1" says.
+struct Evaluations {
+  std::string protocol, object_geometry;
+  std::map<std::string, int> counts;  ///< grasps by outcome
+  int null_trials = 0, null_held = 0;
+  std::vector<std::pair<std::string, std::string>> engine;  ///< settings as text
+  std::vector<EvaluationResult> grasps;
+
+  int held() const;
+};
+Evaluations read_evaluations(const std::filesystem::path& folder);
+
+/// What "geocage-trajectory 1" says, but for the way itself.
+struct Approach {
+  std::string outcome;
+  double seconds = 0, min_clearance_m = 0;
+  bool certified = false;
+};
+/// trajectory_<i>.json, i = 0, 1, ...
+std::vector<Approach> read_approaches(const std::filesystem::path& folder);
+
+}  // namespace geocage::reports

@@ -1,0 +1,222 @@
+#include "reports/report.h"
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "datasets/shapes.h"
+#include "geometry/cloud.h"
+#include "hands/grasp.h"
+#include "pipeline/error.h"
+#include "reports/results.h"
+#include "tests/reports/html_check.h"
+#include "topology/balls.h"
+
+namespace geocage::reports {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+bool has(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
+
+/// A torus with analytic scores, a hand beside it, and a test of two grasps, as artefacts of a store.
+class Report : public testing::Test {
+ protected:
+  Report() : folder_(fs::path(testing::TempDir()) / ("report-" + std::to_string(getpid()))) {}
+  ~Report() override { fs::remove_all(folder_); }
+
+  fs::path fresh(const std::string& name) const {
+    fs::create_directories(folder_ / name);
+    return folder_ / name;
+  }
+
+  fs::path scores() const {
+    topology::Scores scores;
+    scores.mesh = datasets::torus(0.05, 0.015, 64, 32);
+    for (const auto& p : scores.mesh.vertices) {
+      const double cosine = (std::hypot(p.x(), p.y()) - 0.05) / 0.015;
+      scores.ball.winding_angle_rad.push_back(cosine > 0.9 ? std::nan("") : 4 + p.x() * 20);
+      scores.ball.curvature_sum_rad.push_back(cosine);
+    }
+    const std::size_t n = scores.mesh.vertices.size();
+    for (auto* column : {&scores.ball.ball_vertices, &scores.ball.ball_triangles, &scores.ball.euler})
+      column->assign(n, 1);
+    scores.ball.ball_area_m2.assign(n, 1e-4);
+    for (auto* column : {&scores.ball.center, &scores.ball.axis}) column->assign(n, geometry::Vec3::Zero());
+    scores.ball.radius_m = 0.02;
+    topology::Candidate best;
+    best.heuristic = "winding";
+    best.p_O = {0.065, 0, 0};
+    best.n_O = geometry::Vec3::UnitX();
+    scores.candidates = {best};
+    save_artefact(scores, fresh("scores"));
+    return folder_ / "scores";
+  }
+
+  fs::path cloud() const {
+    geometry::PointCloud cloud;
+    cloud.points = datasets::torus(0.05, 0.015, 48, 24).vertices;
+    for (const auto& p : cloud.points)
+      cloud.normals.push_back((p - 0.05 * geometry::Vec3(p.x(), p.y(), 0).normalized()).normalized());
+    for (const auto& p : cloud.points) cloud.view.push_back(p.x() > 0);
+    cloud.sensor_origins = {{-0.5, 0, 0.3}, {0.5, 0, 0.3}};
+    save_artefact(cloud, fresh("cloud"));
+    return folder_ / "cloud";
+  }
+
+  fs::path grasps(const hands::Hand& hand) const {
+    hands::GraspSet set;
+    hands::Grasp grasp;
+    grasp.hand = hand.name;
+    grasp.object = "ring";
+    grasp.X_OH = geometry::Pose(Eigen::AngleAxisd(-std::acos(0.0), geometry::Vec3::UnitY()));
+    grasp.X_OH.translation() = geometry::Vec3(0.22, 0, 0);
+    grasp.joints_rad = grasp.pregrasp_joints_rad = hands::joint_map(hand.tree, hand.open_rad);
+    grasp.scores = {{"winding", 0.75}, {"odd<name>", std::nan("")}};
+    set.grasps = {grasp, grasp};
+    set.rejected = {{"below the table", 7}, {"palm inside", 2}};
+    save_artefact(set, fresh("grasps"));
+    return folder_ / "grasps";
+  }
+
+  fs::path evaluations(int null_held) const {
+    std::ofstream(fresh("evaluations") / "evaluations.json")
+        << R"({"schema": "geocage-evaluations 1", "protocol": "geocage-force", "object_geometry": "truth", "seed": 0,
+               "counts": {"held": 1, "lost": 1, "rejected": 0, "unsettled": 0, "error": 0}, "valid": true,
+               "null_control": {"trials": 4, "held": )"
+        << null_held << R"(}, "evaluations": [)"
+        << evaluation(0, "lost", "-z moved it 61 mm & turned it", false) << ","
+        << evaluation(1, "held", "", true) << "]}";
+    return folder_ / "evaluations";
+  }
+  static std::string evaluation(int grasp, const std::string& outcome, const std::string& reason, bool last) {
+    return R"({"schema": "geocage-evaluation 1", "grasp": )" + std::to_string(grasp) + R"(, "outcome": ")" +
+           outcome + R"(", "reason": ")" + reason +
+           R"(", "drift_m": 0.002, "drift_rad": null, "engine": {"name": "Bullet",
+           "dt_s": 0.001}, "directions": [
+           {"name": "+x", "held": true, "max_displacement_m": 0.001, "max_rotation_rad": 0.02},
+           {"name": "-z", "held": )" +
+           (last ? "true" : "false") + R"(, "max_displacement_m": 0.061, "max_rotation_rad": 0.3}]})";
+  }
+
+  fs::path trajectories() const {
+    std::ofstream(fresh("trajectories") / "trajectory_0.json")
+        << R"({"schema": "geocage-trajectory 1", "dt_s": 0.02, "joints": ["a"], "q_rad": [[0], [1], [2]], "X_OH": [],
+               "min_clearance_m": 0.0031, "certified": false, "outcome": "planned"})";
+    return folder_ / "trajectories";
+  }
+
+  ReportInput input(int null_held = 0) const {
+    ReportInput input;
+    input.title = "A <test> & more";
+    input.flow_text = "objects = [\"<ring>\"]\n";
+    input.hands = {hands::load_hand("schunk_sdh")};
+    input.counts = {3, 1, 1, 0, 1};
+    PairInput pair;
+    pair.object = "ring <1> & \"co\"";
+    pair.hand = "schunk_sdh";
+    pair.outcome = "done";
+    pair.source = "package things, MIT";
+    pair.truth_known = true;
+    pair.cloud = cloud();
+    pair.scores = scores();
+    pair.grasps = grasps(input.hands[0]);
+    pair.trajectories = trajectories();
+    pair.evaluations = evaluations(null_held);
+    PairInput broken = {.object = "broken",
+                        .hand = "schunk_sdh",
+                        .outcome = "failed",
+                        .sentence = "edge 3-4 has three triangles",
+                        .source = "file"};
+    PairInput absent = {.object = "absent",
+                        .hand = "schunk_sdh",
+                        .outcome = "skipped",
+                        .sentence = "no package <here>",
+                        .source = "package other, MIT"};
+    input.pairs = {pair, broken, absent};
+    input.slots = {
+        {.slot = "ring/remesh", .stage = "remesh", .state = "made", .seconds = 1.5},
+        {.slot = "ring/score", .stage = "score", .state = "hit", .made_seconds = 0.25},
+        {.slot = "broken/remesh", .stage = "remesh", .state = "failed", .sentence = "edge 3-4 has three"}};
+    input.parameters = {{"ring/remesh", {{"edge_length_m", "0.004"}}}};
+    input.run = {{"on", "a <host>"}};
+    return input;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Report, TellsTheWholeStoryOffline) {
+  const fs::path index = write_report(input(), folder_ / "out");
+  const std::string html = text_of(index);
+  EXPECT_EQ(html_flaw(html), "");
+  EXPECT_FALSE(has(html, "http:") || has(html, "https:") || has(html, "<script") || has(html, "@import"));
+  EXPECT_FALSE(has(html, "<test>") || has(html, "<1>") || has(html, "<host>") || has(html, "<here>") ||
+               has(html, "odd<name>"));
+  for (const char* words :
+       {"A &lt;test&gt; &amp; more", "ring &lt;1&gt;", "1 + 1 + 0 + 1 = 3", "<b>1 of 2</b>", "9.5 %",
+        "90.5 %", "held 0 of 4, as it must", "edge 3-4 has three", "no package &lt;here&gt;",
+        "below the table", "9 poses", "0.004", "package things, MIT", "the true surface", "3.10 mm free",
+        "moved 61.0 mm", "1.50 s", "Bullet"})
+    EXPECT_TRUE(has(html, words)) << words;
+}
+
+TEST_F(Report, EveryPictureThatThePageNamesIsThere) {
+  const fs::path index = write_report(input(), folder_ / "out");
+  const std::string html = text_of(index);
+  int pictures = 0;
+  for (std::size_t at = 0; (at = html.find("<img src=\"", at)) != std::string::npos; ++pictures) {
+    at += 10;
+    const fs::path file = index.parent_path() / html.substr(at, html.find('"', at) - at);
+    EXPECT_GT(fs::file_size(file), 10000u) << file;
+  }
+  EXPECT_EQ(pictures, 4) << "scan, two scores, grasp";
+}
+
+TEST_F(Report, SaysWhenCountsDoNotAddUp) {
+  ReportInput wrong = input();
+  EXPECT_FALSE(has(text_of(write_report(wrong, folder_ / "out")), "do not add up"));
+  wrong.counts.in = 4;
+  EXPECT_TRUE(has(text_of(write_report(wrong, folder_ / "out")), "do not add up"));
+}
+
+TEST_F(Report, SaysWhenTheNullControlHeld) {
+  const std::string html = text_of(write_report(input(1), folder_ / "out"));
+  EXPECT_TRUE(has(html, "This test is not valid"));
+  EXPECT_FALSE(has(html, "as it must"));
+}
+
+TEST_F(Report, SameInputGivesTheSamePage) {
+  const std::string first = text_of(write_report(input(), folder_ / "a"));
+  EXPECT_EQ(first, text_of(write_report(input(), folder_ / "b")));
+}
+
+TEST_F(Report, LivesWithoutAnything) {
+  const std::string html = text_of(write_report({.title = "empty"}, folder_ / "out"));
+  EXPECT_EQ(html_flaw(html), "");
+  EXPECT_TRUE(has(html, "0 + 0 + 0 + 0 = 0"));
+}
+
+TEST_F(Report, NamesABrokenArtefact) {
+  std::ofstream(fresh("bad") / "evaluations.json") << "{\"schema\": \"geocage-evaluations 7\"}";
+  try {
+    read_evaluations(folder_ / "bad");
+    FAIL() << "another schema was read";
+  } catch (const pipeline::UserError& error) {
+    EXPECT_EQ(error.fault(), pipeline::Fault::store);
+    EXPECT_TRUE(has(error.where(), "evaluations.json"));
+  }
+}
+
+}  // namespace
+}  // namespace geocage::reports
