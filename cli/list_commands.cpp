@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "datasets/catalogue.h"
 
 namespace geocage::cli {
 
@@ -46,6 +48,61 @@ int list_hands(const Shared& shared) {
   }
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-hands 1"}, {"hands", list}}.dump(2));
   return 0;
+}
+
+namespace {
+
+using datasets::Availability;
+using datasets::Entry;
+using datasets::Presence;
+
+std::string_view word(Presence presence) {
+  constexpr std::string_view words[] = {"have", "fetched", "unavailable", "mismatch"};
+  return words[static_cast<int>(presence)];
+}
+
+bool there(const Availability& found) {
+  return found.presence == Presence::have || found.presence == Presence::fetched;
+}
+
+/// Prints what `look` finds of each entry; 0 when all are there.
+int list_entries(const Shared& shared, const std::vector<Entry>& entries,
+                 const std::function<Availability(const Entry&)>& look) {
+  json list = json::array();
+  bool all = true;
+  for (const auto& entry : entries) {
+    const Availability found = look(entry);
+    all = all && there(found);
+    list.push_back({{"object", entry.name}, {"kind", entry.kind}, {"package", entry.package},
+                    {"licence", entry.licence}, {"unit", entry.unit}, {"sha256", entry.sha256},
+                    {"state", word(found.presence)}, {"file", found.file.string()}, {"reason", found.reason}});
+    if (!shared.json)
+      fmt::print("{:<12} {:<11} {:<6} {} ({}) {}\n", entry.name, word(found.presence), entry.kind, entry.package,
+                 entry.licence, found.reason);
+  }
+  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-datasets 1"}, {"objects", list}}.dump(2));
+  return all ? 0 : 1;
+}
+
+Availability look(const Entry& entry) {
+  return datasets::check(entry, datasets::datasets_folder());
+}
+
+}  // namespace
+
+int list_datasets(const Shared& shared) {
+  list_entries(shared, datasets::load_catalogue(), look);
+  return 0;
+}
+
+int check_datasets(const Shared& shared) {
+  return list_entries(shared, datasets::load_catalogue(), look);
+}
+
+int get_dataset(const Shared& shared, const std::string& name) {
+  const auto catalogue = datasets::load_catalogue();
+  return list_entries(shared, {datasets::find_entry(catalogue, name)},
+                      [](const Entry& entry) { return datasets::get(entry, datasets::datasets_folder()); });
 }
 
 }  // namespace geocage::cli

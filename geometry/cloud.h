@@ -12,15 +12,16 @@ namespace geocage::geometry {
 /// Points on an object's surface as sensors saw them; metres, object frame O.
 struct PointCloud {
   std::vector<Vec3> points;
-  std::vector<Vec3> normals;          ///< empty, or one unit normal a point, outward
-  std::vector<int> view;              ///< empty, or the index into `sensor_origins` of the view that saw the point
-  std::vector<Vec3> sensor_origins;   ///< p_OS of each view; empty where unknown
-  std::optional<Plane> support;       ///< the table it stands on, normal up; the object is above
+  std::vector<Vec3> normals;  ///< empty, or one unit normal a point, outward
+  std::vector<int> view;      ///< empty, or the index into `sensor_origins` of the view that saw the point
+  std::vector<Vec3> sensor_origins;  ///< p_OS of each view; empty where unknown
+  std::optional<Plane> support;      ///< the table it stands on, normal up; the object is above
 
   std::size_t size() const { return points.size(); }
 };
 
-std::string_view artefact_kind(const PointCloud*);  ///< "cloud": cloud.ply (points), cloud.json (views, support)
+std::string_view artefact_kind(
+    const PointCloud*);  ///< "cloud": cloud.ply (points), cloud.json (views, support)
 void save_artefact(const PointCloud& cloud, const std::filesystem::path& dir);
 void load_artefact(PointCloud& cloud, const std::filesystem::path& dir);
 

@@ -40,13 +40,15 @@ struct MeshReport {
   Vec3 box_min = Vec3::Zero(), box_max = Vec3::Zero();
 
   double diagonal_m() const { return (box_max - box_min).norm(); }
-  bool sound() const;            ///< finite, valid indices, no degenerate triangle
-  bool closed_manifold() const;  ///< sound, and every edge in two triangles, every vertex in one fan, oriented alike
+  bool sound() const;  ///< finite, valid indices, no degenerate triangle
+  bool closed_manifold()
+      const;  ///< sound, and every edge in two triangles, every vertex in one fan, oriented alike
 };
 
 /// Never throws: bad indices and NaN are counted. O(F log F).
 MeshReport check_mesh(const TriangleMesh& mesh);
-/// The first thing that keeps `report` from being a closed manifold, as a sentence with the element; empty if none.
+/// The first thing that keeps `report` from being a closed manifold, as a sentence with the element; empty if
+/// none.
 std::string flaw(const MeshReport& report);
 
 double mean_edge_m(const TriangleMesh& mesh);
@@ -75,7 +77,8 @@ struct VertexField {
 /// Binary little-endian PLY: x y z as double and each field as double (float64 reads back the same bytes).
 void write_ply(const std::filesystem::path& file, const TriangleMesh& mesh,
                const std::vector<VertexField>& fields = {});
-/// Reads what write_ply wrote: the store's own files only, foreign meshes go through read_mesh (mesh_files.h).
+/// Reads what write_ply wrote: the store's own files only, foreign meshes go through read_mesh
+/// (mesh_files.h).
 TriangleMesh read_own_ply(const std::filesystem::path& file, std::vector<VertexField>* fields = nullptr);
 
 std::string_view artefact_kind(const TriangleMesh*);  ///< "mesh": mesh.ply

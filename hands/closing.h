@@ -7,14 +7,17 @@
 namespace geocage::hands {
 
 /// Signed distance of a capsule's surface to the object: the smallest of the field along its axis minus the
-/// radius, from samples every `step_m` refined by golden section. `p_O` is the axis point, `n_O` the field's
-/// unit gradient there.
+/// radius, from samples at least every `step_m` where the field is near, refined by golden section. `p_O` is
+/// the axis point, `n_O` the field's unit gradient there.
 struct CapsuleDistance {
   double distance_m;
   Vec3 p_O, n_O;
 };
 CapsuleDistance capsule_distance(const geometry::SignedDistanceField& field, const PlacedCapsule& capsule_O,
                                  double step_m = 0.004);
+
+/// Distance between the surfaces of two capsules, negative when they overlap. Exact.
+double capsule_gap_m(const PlacedCapsule& a, const PlacedCapsule& b);
 
 struct Contact {
   int link = 0;
@@ -28,7 +31,7 @@ enum class Closure { closed, blocked_at_start };
 struct ClosedHand {
   Closure outcome = Closure::closed;
   Eigen::VectorXd q;
-  std::vector<Contact> contacts;  ///< the nearest point of each link within `contact_m`
+  std::vector<Contact> contacts;  ///< the nearest point of each link within `contact_m`, by link
   double penetration_m = 0;       ///< deepest of all capsules, 0 when free
   int fingers_touching = 0;
 };
@@ -37,9 +40,11 @@ struct ClosingRule {
   double step_rad = 0.01, contact_m = 0.0025;
 };
 
-/// Closes finger by finger's joints, proximal first, until each link touches or its joint ends (method.md 6,
-/// placement.md 4). `blocked_at_start` when a capsule of the open hand is inside the object. Steps shrink so
-/// that no capsule moves farther than the free distance: nothing tunnels.
+/// Closes the hand as method.md 6 and placement.md 4 found best: all proximal joints together, then the next
+/// ones, each until one of the links it moves touches the object (to 0.2 mm), touches another part of the
+/// hand, or its joint ends. Steps shrink so that no capsule moves farther than its free distance: nothing
+/// tunnels. `blocked_at_start` when a capsule of the open hand is inside the object: q is then `q_open`,
+/// `penetration_m` says how deep. Precondition: `q_open` within the limits.
 ClosedHand close_hand(const Hand& hand, const geometry::SignedDistanceField& field, const Pose& X_OH,
                       const Eigen::VectorXd& q_open, const ClosingRule& rule);
 

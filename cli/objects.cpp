@@ -1,0 +1,115 @@
+#include "cli/objects.h"
+
+#include <fmt/format.h>
+#include <glob.h>
+
+#include <algorithm>
+#include <set>
+
+#include "datasets/catalogue.h"
+#include "geometry/cloud_files.h"
+
+namespace geocage::cli {
+
+namespace fs = std::filesystem;
+using pipeline::Setting;
+
+namespace {
+
+const std::set<std::string> mesh_endings = {".ply", ".stl", ".obj", ".off", ".gltf", ".glb", ".dae", ".3mf"};
+const std::set<std::string> cloud_endings = {".pcd", ".xyz", ".ply"};
+
+bool readable_name(const fs::path& file) {
+  std::string ending = file.extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return mesh_endings.contains(ending) || cloud_endings.contains(ending);
+}
+
+FlowObject object_of_file(const fs::path& file) {
+  FlowObject object;
+  object.name = file.stem();
+  object.path = file;
+  object.source = "file";
+  std::error_code error;
+  object.cloud = fs::is_regular_file(file, error) && geometry::is_cloud_file(file);
+  return object;
+}
+
+FlowObject object_of_entry(const datasets::Entry& entry) {
+  FlowObject object;
+  object.name = entry.name;
+  object.source = fmt::format("{} of Debian's {}, {}", fs::path(entry.path).filename().string(), entry.package, entry.licence);
+  object.cloud = entry.kind == "cloud";
+  const auto set = [&](const char* field, pipeline::SettingValue value) {
+    object.settings.push_back({"catalogue: " + entry.name, "import", field, std::move(value)});
+  };
+  set("unit", entry.unit);
+  set("scene", entry.scene);
+  set("cluster", std::int64_t(entry.cluster));
+  const auto found = datasets::get(entry, datasets::datasets_folder());
+  object.path = found.file;
+  const bool there = found.presence == datasets::Presence::have || found.presence == datasets::Presence::fetched;
+  if (!there) object.skipped = entry.name + ": not available: " + found.reason;
+  return object;
+}
+
+std::vector<fs::path> glob_files(const std::string& pattern) {
+  glob_t found{};
+  std::vector<fs::path> files;
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  globfree(&found);
+  return files;
+}
+
+/// Files of one stem (mug.stl, mug.obj) get their ending into their names.
+void tell_apart(std::vector<FlowObject>& objects) {
+  std::multiset<std::string> names;
+  for (const auto& object : objects) names.insert(object.name);
+  for (auto& object : objects)
+    if (names.count(object.name) > 1 && !object.path.extension().empty())
+      object.name += "_" + object.path.extension().string().substr(1);
+}
+
+}  // namespace
+
+std::vector<FlowObject> find_objects(const std::vector<std::string>& words, const std::string& where) {
+  const auto catalogue = datasets::load_catalogue();
+  std::vector<std::string> names, mistakes;
+  for (const auto& entry : catalogue) names.push_back(entry.name);
+  std::vector<FlowObject> objects;
+  for (const auto& word : words) {
+    const auto entry = std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.name == word; });
+    const bool pattern = word.find_first_of("*?[") != std::string::npos;
+    const auto files = pattern ? glob_files(word) : std::vector<fs::path>{};
+    if (entry != catalogue.end()) {
+      objects.push_back(object_of_entry(*entry));
+    } else if (pattern && !files.empty()) {
+      for (const auto& file : files)
+        if (readable_name(file)) objects.push_back(object_of_file(file));
+    } else if (fs::exists(word) || (!pattern && readable_name(word))) {
+      objects.push_back(object_of_file(word));
+    } else {
+      mistakes.push_back(pipeline::mistake(where, "", "'" + word + "' is neither an object of the catalogue nor a file" +
+                                                          pipeline::did_you_mean(word, names)));
+    }
+  }
+  if (words.empty()) mistakes.push_back(pipeline::mistake(where, "", "the flow names no objects"));
+  if (!mistakes.empty()) throw pipeline::ConfigurationError(mistakes);
+  tell_apart(objects);
+  return objects;
+}
+
+std::vector<FlowObject> objects_of_folder(const fs::path& folder) {
+  std::vector<FlowObject> objects;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (!entry.is_directory() && readable_name(entry.path())) objects.push_back(object_of_file(entry.path()));
+  if (objects.empty())
+    throw pipeline::UserError(pipeline::Fault::configuration, folder.string(), "this folder holds no mesh and no cloud");
+  std::sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
+  tell_apart(objects);
+  for (auto& object : objects) object.settings.push_back({"--dataset", "import", "scene", std::string("object")});
+  return objects;
+}
+
+}  // namespace geocage::cli

@@ -1,0 +1,265 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <embree3/rtcore.h>
+#include <omp.h>
+
+#include "geometry/distance_field.h"
+
+namespace geocage::geometry {
+
+namespace {
+
+/// A mesh in Embree, for closest points and rays. Rays and boxes are in single precision, distances in
+/// double.
+class Surface {
+ public:
+  explicit Surface(const TriangleMesh& mesh)
+      : mesh_(mesh), device_(rtcNewDevice("threads=1,set_affinity=0")), scene_(rtcNewScene(device_)) {
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+    for (const Vec3& p : mesh.vertices)
+      for (int i = 0; i < 3; ++i) *vertices++ = static_cast<float>(p[i]);
+    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+    for (const auto& t : mesh.triangles)
+      for (int v : t) *indices++ = static_cast<unsigned>(v);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
+    rtcCommitScene(scene_);
+  }
+  ~Surface() {
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  Surface(const Surface&) = delete;
+  Surface& operator=(const Surface&) = delete;
+
+  /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest
+  /// one.
+  double distance_m(const Vec3& p, unsigned& nearest) const {
+    Query query{this, p, distance2(p, nearest), nearest};
+    RTCPointQuery ball{};
+    ball.x = static_cast<float>(p.x());
+    ball.y = static_cast<float>(p.y());
+    ball.z = static_cast<float>(p.z());
+    ball.radius = search_radius(query.best2);
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(scene_, &ball, &context, &visit_triangle, &query);
+    nearest = query.nearest;
+    return std::sqrt(query.best2);
+  }
+
+  /// True when p is inside: a majority of fixed rays meets its first triangle from behind.
+  bool inside(const Vec3& p) const {
+    constexpr float directions[5][3] = {{0.577f, 0.601f, 0.553f},
+                                        {-0.613f, 0.251f, 0.749f},
+                                        {0.137f, -0.911f, 0.389f},
+                                        {-0.407f, -0.331f, -0.851f},
+                                        {0.883f, 0.173f, -0.437f}};
+    int votes = 0;
+    for (const auto& d : directions) {
+      RTCRayHit ray{};
+      ray.ray.org_x = static_cast<float>(p.x());
+      ray.ray.org_y = static_cast<float>(p.y());
+      ray.ray.org_z = static_cast<float>(p.z());
+      ray.ray.dir_x = d[0];
+      ray.ray.dir_y = d[1];
+      ray.ray.dir_z = d[2];
+      ray.ray.tfar = std::numeric_limits<float>::infinity();
+      ray.ray.mask = ~0u;
+      ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+      RTCIntersectContext context;
+      rtcInitIntersectContext(&context);
+      rtcIntersect1(scene_, &context, &ray);
+      if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
+      votes += d[0] * ray.hit.Ng_x + d[1] * ray.hit.Ng_y + d[2] * ray.hit.Ng_z > 0;
+    }
+    return votes >= 3;
+  }
+
+ private:
+  struct Query {
+    const Surface* surface;
+    Vec3 p;
+    double best2;
+    unsigned nearest;
+  };
+  /// A little more than the best distance, since Embree's boxes are floats.
+  static float search_radius(double best2) {
+    return static_cast<float>(std::sqrt(best2) * (1 + 1e-5) + 1e-7);
+  }
+  double distance2(const Vec3& p, unsigned triangle) const {
+    const auto& t = mesh_.triangles[triangle];
+    return (closest_point_on_triangle(p, mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]) -
+            p)
+        .squaredNorm();
+  }
+  static bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
+    auto& query = *static_cast<Query*>(arguments->userPtr);
+    const double d2 = query.surface->distance2(query.p, arguments->primID);
+    if (d2 >= query.best2) return false;
+    query.best2 = d2;
+    query.nearest = arguments->primID;
+    arguments->query->radius = search_radius(d2);
+    return true;
+  }
+
+  const TriangleMesh& mesh_;
+  RTCDevice device_;
+  RTCScene scene_;
+};
+
+/// A box of lattice nodes, x fastest.
+struct Lattice {
+  Vec3 origin;
+  double step_m;
+  std::array<int, 3> nodes;
+
+  std::ptrdiff_t size() const { return std::ptrdiff_t(nodes[0]) * nodes[1] * nodes[2]; }
+  Vec3 at(int x, int y, int z) const { return origin + step_m * Vec3(x, y, z); }
+  std::ptrdiff_t index(int x, int y, int z) const {
+    return x + std::ptrdiff_t(nodes[0]) * (y + std::ptrdiff_t(nodes[1]) * z);
+  }
+};
+
+/// Unsigned distances of one layer of nodes, each search starting from the nearest triangle of the node
+/// before.
+void measure_layer(const Surface& surface, const Lattice& lattice, int z, unsigned& nearest, float* values) {
+  for (int y = 0; y < lattice.nodes[1]; ++y)
+    for (int x = 0; x < lattice.nodes[0]; ++x)
+      values[lattice.index(x, y, z)] = static_cast<float>(surface.distance_m(lattice.at(x, y, z), nearest));
+}
+
+/// Gives the nodes of a lattice their signs. Two neighbours whose distances add up to more than the step
+/// between them can't have the surface between them: signs flood over such edges, and rays decide one node of
+/// each flooded part. `sign` holds 0 where it is not known yet.
+void flood_signs(const Surface& surface, const Lattice& lattice, const float* distance,
+                 std::vector<signed char>& sign) {
+  std::vector<std::ptrdiff_t> front;
+  const std::ptrdiff_t dy = lattice.nodes[0], dz = dy * lattice.nodes[1];
+  const auto flood = [&] {
+    while (!front.empty()) {
+      const std::ptrdiff_t i = front.back();
+      front.pop_back();
+      const std::array<std::ptrdiff_t, 3> at = {i % dy, i / dy % lattice.nodes[1], i / dz},
+                                          stride = {1, dy, dz};
+      for (int axis = 0; axis < 3; ++axis)
+        for (int step : {-1, 1}) {
+          if (at[axis] + step < 0 || at[axis] + step >= lattice.nodes[axis]) continue;
+          const std::ptrdiff_t j = i + step * stride[axis];
+          if (sign[j] != 0 || distance[i] + distance[j] <= lattice.step_m * (1 + 1e-5)) continue;
+          sign[j] = sign[i];
+          front.push_back(j);
+        }
+    }
+  };
+  for (std::ptrdiff_t i = 0; i < lattice.size(); ++i)
+    if (sign[i] != 0) front.push_back(i);
+  flood();
+  for (int z = 0; z < lattice.nodes[2]; ++z)
+    for (int y = 0; y < lattice.nodes[1]; ++y)
+      for (int x = 0; x < lattice.nodes[0]; ++x) {
+        const std::ptrdiff_t i = lattice.index(x, y, z);
+        if (sign[i] != 0) continue;
+        sign[i] = surface.inside(lattice.at(x, y, z)) ? -1 : 1;
+        front.push_back(i);
+        flood();
+      }
+}
+
+void measure_coarse(const Surface& surface, const Lattice& lattice, std::vector<float>& values) {
+  values.resize(static_cast<std::size_t>(lattice.size()));
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int z = 0; z < lattice.nodes[2]; ++z) {
+    unsigned nearest = 0;
+    measure_layer(surface, lattice, z, nearest, values.data());
+  }
+  std::vector<signed char> sign(values.size(), 0);
+  flood_signs(surface, lattice, values.data(), sign);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] *= sign[i];
+}
+
+std::array<float, 8> corners_of(const Lattice& lattice, const std::vector<float>& values, int x, int y,
+                                int z) {
+  std::array<float, 8> corners;
+  for (int c = 0; c < 8; ++c) corners[c] = values[lattice.index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
+  return corners;
+}
+
+/// The surface crosses a cell only if it comes as near as half the diagonal to one corner and as the diagonal
+/// to all.
+bool may_be_crossed(const std::array<float, 8>& corners, double cell_m) {
+  const double diagonal = std::sqrt(3.0) * cell_m * (1 + 1e-5);
+  double least = diagonal, most = 0;
+  for (float d : corners) {
+    least = std::min<double>(least, std::abs(d));
+    most = std::max<double>(most, std::abs(d));
+  }
+  return least <= diagonal / 2 && most <= diagonal;
+}
+
+/// The (refine + 1)^3 nodes inside one coarse cell; corners keep the coarse nodes' signs.
+void measure_block(const Surface& surface, const Lattice& block, const std::array<float, 8>& corners,
+                   float* values) {
+  const int n = block.nodes[0];
+  unsigned nearest = 0;
+  for (int z = 0; z < n; ++z) measure_layer(surface, block, z, nearest, values);
+  std::vector<signed char> sign(static_cast<std::size_t>(block.size()), 0);
+  for (int c = 0; c < 8; ++c)
+    sign[block.index((c & 1) * (n - 1), (c >> 1 & 1) * (n - 1), (c >> 2) * (n - 1))] =
+        corners[c] < 0 ? -1 : 1;
+  flood_signs(surface, block, values, sign);
+  for (std::ptrdiff_t i = 0; i < block.size(); ++i) values[i] *= sign[i];
+}
+
+}  // namespace
+
+SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGrid& grid) {
+  const MeshReport report = check_mesh(mesh);
+  const Vec3 low = report.box_min - Vec3::Constant(grid.pad_m),
+             size = report.box_max + Vec3::Constant(grid.pad_m) - low;
+  SignedDistanceField field;
+  field.cell_m = size.maxCoeff() / grid.cells;
+  field.origin = low;
+  field.refine = grid.refine;
+  for (int i = 0; i < 3; ++i) field.nodes[i] = static_cast<int>(std::ceil(size[i] / field.cell_m - 1e-9)) + 1;
+
+  const Surface surface(mesh);
+  const Lattice coarse{field.origin, field.cell_m, field.nodes};
+  measure_coarse(surface, coarse, field.coarse);
+
+  const std::array<int, 3> cells = {field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1};
+  std::vector<std::array<int, 3>> refined;
+  field.block.assign(std::size_t(cells[0]) * cells[1] * cells[2], -1);
+  for (int z = 0, cell = 0; z < cells[2]; ++z)
+    for (int y = 0; y < cells[1]; ++y)
+      for (int x = 0; x < cells[0]; ++x, ++cell) {
+        if (!may_be_crossed(corners_of(coarse, field.coarse, x, y, z), field.cell_m)) continue;
+        field.block[cell] = static_cast<int>(refined.size());
+        refined.push_back({x, y, z});
+      }
+
+  const int n = grid.refine + 1;
+  const std::ptrdiff_t block_size = std::ptrdiff_t(n) * n * n;
+  field.fine.resize(refined.size() * static_cast<std::size_t>(block_size));
+#pragma omp parallel for schedule(dynamic, 64)
+  for (std::size_t b = 0; b < refined.size(); ++b) {
+    const auto& [x, y, z] = refined[b];
+    std::array<float, 8> corners;
+    for (int c = 0; c < 8; ++c)
+      corners[c] = field.coarse[coarse.index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
+    const Lattice block{coarse.at(x, y, z), field.cell_m / grid.refine, {n, n, n}};
+    measure_block(surface, block, corners, field.fine.data() + std::ptrdiff_t(b) * block_size);
+  }
+  return field;
+}
+
+}  // namespace geocage::geometry

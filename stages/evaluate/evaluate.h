@@ -1,0 +1,91 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "geometry/distance_field.h"
+#include "hands/grasp.h"
+#include "hands/hand.h"
+#include "motion/trajectory.h"
+#include "pipeline/stage.h"
+#include "stages/evaluate/presets.h"
+
+namespace geocage::stages {
+
+struct EvaluateParams {
+  std::string protocol = "geocage-force";
+  double friction = Engine{}.friction;
+  std::string object_geometry = "truth";
+  int null_grasps = 4;
+  std::uint64_t seed = 0;
+  void visit(pipeline::Fields& f);
+};
+
+enum class Outcome {
+  held,       ///< no push moved the object past the limits
+  lost,       ///< at least one did
+  rejected,   ///< not simulated: the reason says why
+  unsettled,  ///< the closing hand moved the object past the limits before any push
+  error       ///< the engine failed: NaN, absurd speed or growing penetration
+};
+inline constexpr Outcome outcomes[] = {Outcome::held, Outcome::lost, Outcome::rejected, Outcome::unsettled,
+                                       Outcome::error};
+std::string_view name(Outcome outcome);
+
+/// One push of a grasp.
+struct DirectionResult {
+  std::string name;
+  Outcome outcome = Outcome::held;
+  double max_displacement_m = 0, max_rotation_rad = 0;  ///< from the settled pose, against the palm
+  double ended_s = 0;                                   ///< after the push began: lost, at rest, or time over
+};
+
+/// One grasp under all pushes.
+struct Evaluation {
+  int grasp = 0;  ///< index into the grasps
+  Outcome outcome = Outcome::held;
+  std::string reason;
+  double start_penetration_m = 0, max_penetration_m = 0;
+  double drift_m = 0, drift_rad = 0;  ///< while the hand closed and settled, before the pushes
+  std::vector<DirectionResult> directions;
+};
+
+/// The same postures with the hand 1 m away: nothing there may hold.
+struct NullControl {
+  int trials = 0, held = 0;
+};
+
+/// All grasps of a set under one protocol.
+struct Evaluations {
+  EvaluateParams params;
+  std::vector<Evaluation> list;
+  NullControl null_control;
+
+  int count(Outcome outcome) const;
+  bool valid() const { return null_control.held == 0; }
+};
+
+/// Pushes the object in each grasp's closing hand (README: a force test, not a cage test). The grasps may
+/// come from a reconstruction; `object` and `field` are the same geometry, named by `object_geometry`. One
+/// trajectory a grasp, or none at all: a grasp whose trajectory is not "planned" is rejected. Errors
+/// (UserError): unknown protocol (configuration); a pose or joint that is NaN, unknown, out of limits, of
+/// another hand, or another number of trajectories than grasps (input); a mesh without volume (geometry).
+/// O(grasps * directions * steps); same bytes for any thread count.
+Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const hands::GraspSet& grasps,
+                     const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
+                     const geometry::SignedDistanceField& field, const hands::Hand& hand);
+
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 1, &evaluate};
+
+/// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
+nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);
+
+std::string_view artefact_kind(const Evaluations*);  ///< "evaluations": evaluations.json
+void save_artefact(const Evaluations& all, const std::filesystem::path& dir);
+void load_artefact(Evaluations& all, const std::filesystem::path& dir);
+
+}  // namespace geocage::stages

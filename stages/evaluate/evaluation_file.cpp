@@ -1,0 +1,141 @@
+#include <algorithm>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/error.h"
+#include "stages/evaluate/evaluate.h"
+#include "stages/evaluate/presets.h"
+
+namespace geocage::stages {
+namespace {
+
+using nlohmann::json;
+
+json direction_json(const DirectionResult& result) {
+  return {{"name", result.name},
+          {"held", result.outcome == Outcome::held},
+          {"outcome", name(result.outcome)},
+          {"max_displacement_m", result.max_displacement_m},
+          {"max_rotation_rad", result.max_rotation_rad},
+          {"ended_s", result.ended_s}};
+}
+
+Outcome outcome_named(const std::string& text) {
+  for (const Outcome outcome : outcomes)
+    if (name(outcome) == text) return outcome;
+  throw pipeline::UserError(pipeline::Fault::store, "evaluations.json", "unknown outcome '" + text + "'",
+                            "run `geocage verify`");
+}
+
+/// All that the outcome depends on besides the grasp and the object.
+json engine_json(const EvaluateParams& params) {
+  const Protocol& protocol = find_protocol(params.protocol);
+  const Engine& engine = protocol.engine;
+  const Grip& grip = protocol.grip;
+  return {{"name", "Bullet"},
+          {"version", "3.24, double precision"},
+          {"stage_version", evaluate_stage.version},
+          {"object_geometry", params.object_geometry},
+          {"object_shape", "signed distance field against capsules"},
+          {"dt_s", engine.dt_s},
+          {"iterations", engine.iterations},
+          {"margin_m", 0},
+          {"contact_m", engine.contact_m},
+          {"way_out_m_s", engine.way_out_m_s},
+          {"mu", params.friction},
+          {"mu_rule", "product of the bodies' coefficients, each sqrt(mu); cone, two directions"},
+          {"mass_kg", protocol.mass_kg},
+          {"hand_density_kg_m3", engine.hand_density_kg_m3},
+          {"acceleration_m_s2", protocol.acceleration_m_s2},
+          {"settle_s", protocol.settle_s},
+          {"push_s", protocol.push_s},
+          {"max_translation_m", protocol.max_translation_m},
+          {"max_rotation_rad", protocol.max_rotation_rad},
+          {"max_drift_m", protocol.max_drift_m},
+          {"max_drift_rad", protocol.max_drift_rad},
+          {"max_penetration_m", protocol.max_penetration_m},
+          {"torque_limit_nm", grip.torque_limit_nm},
+          {"force_limit_n", grip.force_limit_n},
+          {"squeeze_rad", grip.squeeze_rad},
+          {"squeeze_m", grip.squeeze_m}};
+}
+
+json counts_json(const std::vector<Evaluation>& evaluations) {
+  json counts;
+  for (const Outcome outcome : outcomes)
+    counts[std::string(name(outcome))] = std::ranges::count(evaluations, outcome, &Evaluation::outcome);
+  return counts;
+}
+
+Evaluation evaluation_from(const json& entry) {
+  Evaluation evaluation{.grasp = entry.at("grasp"),
+                        .outcome = outcome_named(entry.at("outcome")),
+                        .reason = entry.at("reason"),
+                        .start_penetration_m = entry.at("start_penetration_m"),
+                        .max_penetration_m = entry.at("max_penetration_m"),
+                        .drift_m = entry.at("drift_m"),
+                        .drift_rad = entry.at("drift_rad"),
+                        .directions = {}};
+  for (const json& direction : entry.at("directions"))
+    evaluation.directions.push_back({direction.at("name"), outcome_named(direction.at("outcome")),
+                                     direction.at("max_displacement_m"), direction.at("max_rotation_rad"),
+                                     direction.at("ended_s")});
+  return evaluation;
+}
+
+}  // namespace
+
+json to_json(const Evaluations& all, const Evaluation& evaluation) {
+  json directions = json::array();
+  for (const DirectionResult& result : evaluation.directions) directions.push_back(direction_json(result));
+  return {{"schema", "geocage-evaluation 1"},
+          {"grasp", evaluation.grasp},
+          {"protocol", all.params.protocol},
+          {"outcome", name(evaluation.outcome)},
+          {"reason", evaluation.reason},
+          {"directions", directions},
+          {"drift_m", evaluation.drift_m},
+          {"drift_rad", evaluation.drift_rad},
+          {"start_penetration_m", evaluation.start_penetration_m},
+          {"max_penetration_m", evaluation.max_penetration_m},
+          {"counts", counts_json({evaluation})},
+          {"engine", engine_json(all.params)},
+          {"seed", all.params.seed}};
+}
+
+std::string_view artefact_kind(const Evaluations*) {
+  return "evaluations";
+}
+
+void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
+  json entries = json::array();
+  for (const Evaluation& evaluation : all.list) entries.push_back(to_json(all, evaluation));
+  const json file = {{"schema", "geocage-evaluations 1"},
+                     {"protocol", all.params.protocol},
+                     {"friction", all.params.friction},
+                     {"object_geometry", all.params.object_geometry},
+                     {"null_grasps", all.params.null_grasps},
+                     {"seed", all.params.seed},
+                     {"counts", counts_json(all.list)},
+                     {"null_control", {{"trials", all.null_control.trials}, {"held", all.null_control.held}}},
+                     {"valid", all.valid()},
+                     {"evaluations", entries}};
+  std::ofstream out(dir / "evaluations.json");
+  out.exceptions(std::ios::failbit | std::ios::badbit);
+  out << file.dump(1) << '\n';
+}
+
+void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
+  std::ifstream in(dir / "evaluations.json");
+  in.exceptions(std::ios::badbit);
+  const json file = json::parse(in);
+  all = {{file.at("protocol"), file.at("friction"), file.at("object_geometry"), file.at("null_grasps"),
+          file.at("seed")},
+         {},
+         {}};
+  for (const json& entry : file.at("evaluations")) all.list.push_back(evaluation_from(entry));
+  all.null_control = {file.at("null_control").at("trials"), file.at("null_control").at("held")};
+}
+
+}  // namespace geocage::stages

@@ -1,0 +1,26 @@
+#include "stages/field/field.h"
+
+#include "pipeline/error.h"
+
+namespace geocage::stages {
+
+void FieldParams::visit(pipeline::Fields& f) {
+  f("cells", cells, {8, 512}, "coarse cells along the longest side of the padded box");
+  f("pad_m", pad_m, {0.001, 1}, "free border around the surface; at least the thickness of a finger");
+  f("refine", refine, {1, 16}, "fine cells along a coarse cell that the surface may cross");
+}
+
+geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& run,
+                                    const geometry::TriangleMesh& mesh) {
+  const auto report = geometry::check_mesh(mesh);
+  if (!report.closed_manifold())
+    throw pipeline::UserError(pipeline::Fault::geometry, "field",
+                              "inside and outside need a closed manifold: " + flaw(report));
+  auto field = geometry::build_distance_field(mesh, {params.cells, params.pad_m, params.refine});
+  run.metric("cell_m", field.cell_m);
+  run.metric("fine_cell_m", field.cell_m / field.refine);
+  run.metric("nodes", static_cast<double>(field.coarse.size() + field.fine.size()));
+  return field;
+}
+
+}  // namespace geocage::stages

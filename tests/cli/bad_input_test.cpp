@@ -1,0 +1,158 @@
+// Bad input gets one clear sentence that names the file, the documented exit code, and leaves nothing half-written.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdint>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include "datasets/shapes.h"
+#include "geometry/mesh.h"
+#include "tests/cli/program.h"
+#include "tests/pipeline/scratch_folder.h"
+
+namespace geocage::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BadInput : public testing::Test {
+ protected:
+  fs::path write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+    return folder_ / name;
+  }
+  std::string ply_bytes() const {
+    geometry::write_ply(folder_ / "good.ply", datasets::icosphere(0.05, 2));
+    std::ifstream in(folder_ / "good.ply", std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static std::string stl_bytes(int triangles, int written) {
+    std::string bytes(80, ' ');
+    const auto count = static_cast<std::uint32_t>(triangles);
+    bytes.append(reinterpret_cast<const char*>(&count), 4);
+    return bytes.append(static_cast<std::size_t>(written) * 50, '\x3d');
+  }
+
+  /// The sentence that `geocage score` ends with; checks code, name, and that nothing was written.
+  std::string refused(const fs::path& mesh, int code = 3) const {
+    const fs::path out = folder_ / "scores.csv";
+    const Ended ended = geocage({"score", mesh.string(), "--radius-m", "0.02", "--out", out.string()});
+    EXPECT_EQ(ended.code, code) << mesh << ": " << ended.err;
+    EXPECT_NE(ended.err.find(mesh.filename().string()), std::string::npos) << ended.err;
+    EXPECT_NE(ended.err.find(": error: "), std::string::npos) << ended.err;
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+    EXPECT_TRUE(ended.out.empty());
+    EXPECT_FALSE(fs::exists(out));
+    EXPECT_EQ(ended.err.find("bug"), std::string::npos) << ended.err;
+    return ended.err;
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(BadInput, MissingFolderEmptyAndPipe) {
+  refused(folder_ / "missing.ply");
+  fs::create_directory(folder_ / "folder.ply");
+  refused(folder_ / "folder.ply");
+  refused(write("empty.ply", ""));
+  mkfifo((folder_ / "pipe.ply").c_str(), 0600);
+  refused(folder_ / "pipe.ply");
+}
+
+TEST_F(BadInput, RandomBytes) {
+  std::mt19937 random(7);
+  std::string bytes(5000, ' ');
+  for (char& byte : bytes) byte = static_cast<char>(random());
+  for (const char* name : {"noise.ply", "noise.stl", "noise.obj", "noise.off", "noise.glb"}) refused(write(name, bytes));
+}
+
+TEST_F(BadInput, TruncatedPly) {
+  const std::string whole = ply_bytes();
+  for (int part = 1; part < 8; ++part)
+    refused(write("cut.ply", whole.substr(0, whole.size() * static_cast<std::size_t>(part) / 8)));
+}
+
+TEST_F(BadInput, TruncatedStl) {
+  for (int written : {0, 1, 50, 99}) refused(write("cut.stl", stl_bytes(100, written)));
+}
+
+TEST_F(BadInput, CountsThatTheFileCannotHold) {
+  refused(write("huge.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 4294967295\nproperty float x\n"
+                            "property float y\nproperty float z\nelement face 4294967295\n"
+                            "property list uchar int vertex_indices\nend_header\n"));
+  refused(write("huge.stl", stl_bytes(2000000000, 2)));
+}
+
+TEST_F(BadInput, IndexOutOfRange) {
+  refused(write("index.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                             "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                             "0 0 0\n0.1 0 0\n0 0.1 0\n3 0 1 77\n"));
+  refused(write("index.off", "OFF\n3 1 0\n0 0 0\n0.1 0 0\n0 0.1 0\n3 0 1 77\n"));
+}
+
+TEST_F(BadInput, NanVertexIsNamed) {
+  auto mesh = datasets::icosphere(0.05, 2);
+  mesh.vertices[7].y() = std::numeric_limits<double>::quiet_NaN();
+  geometry::write_ply(folder_ / "nan.ply", mesh);
+  EXPECT_NE(refused(folder_ / "nan.ply").find("7"), std::string::npos);
+}
+
+TEST_F(BadInput, OpenMeshIsRefusedByScoreWithItsFlaw) {
+  geometry::write_ply(folder_ / "open.ply", datasets::open_tube(0.03, 0.1, 24, 8));
+  EXPECT_NE(refused(folder_ / "open.ply").find("closed"), std::string::npos);
+}
+
+TEST_F(BadInput, Polylines) {
+  const auto good = write("good.csv", "0,0,0\n1,0,0\n").string();
+  for (const char* text : {"", "0,0,0\n", "0,0\n1,1\n", "a,b,c\n", "0,0,0\n1,nan,0\n"}) {
+    const Ended ended = geocage({"writhe", write("bad.csv", text).string(), good});
+    EXPECT_EQ(ended.code, 3) << text << ended.err;
+    EXPECT_NE(ended.err.find("bad.csv"), std::string::npos) << ended.err;
+  }
+}
+
+TEST_F(BadInput, FlowFiles) {
+  const auto refused_flow = [&](const std::string& toml) {
+    const Ended ended = geocage({"run", write("flow.toml", toml).string(), "--store", (folder_ / "store").string()});
+    EXPECT_EQ(ended.code, 2) << toml << ended.err;
+    EXPECT_TRUE(ended.out.empty());
+    return ended.err;
+  };
+  EXPECT_NE(refused_flow("objects = ['mug']\n[remesh]\nsweeps = 0\n").find("flow.toml:3:1: error: [remesh] sweeps: 0 is outside"),
+            std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mug']\n[remesh]\nedge_lenght_m = 1\n").find("did you mean 'edge_length_m'"),
+            std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mug']\n[remsh]\n sweeps = 1\n").find("did you mean 'remesh'"), std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mug'\n").find("flow.toml:"), std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mugg']\n").find("did you mean 'mug'"), std::string::npos);
+  EXPECT_NE(refused_flow("objcts = ['mug']\n").find("did you mean 'objects'"), std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mug']\nhands = ['schunk_sdf']\n").find("did you mean 'schunk_sdh'"), std::string::npos);
+  const std::string both = refused_flow("objects = ['mug']\n[remesh]\nsweeps = 0\nmode = 1\n");
+  EXPECT_NE(both.find("sweeps"), std::string::npos);
+  EXPECT_NE(both.find("mode"), std::string::npos);
+  EXPECT_EQ(geocage({"run", (folder_ / "none.toml").string()}).code, 2);
+  EXPECT_EQ(geocage({"run", "--set", "remesh.sweeps=0", "--store", (folder_ / "store").string()}).code, 2);
+  EXPECT_EQ(geocage({"run", "--dataset", (folder_ / "none").string()}).code, 2);
+}
+
+TEST_F(BadInput, GraspFiles) {
+  geometry::write_ply(folder_ / "ball.ply", datasets::icosphere(0.03, 3));
+  const auto evaluate = [&](const std::string& hand, const std::string& grasp) {
+    return geocage({"evaluate", "--mesh", (folder_ / "ball.ply").string(), "--hand", hand, "--grasp",
+                    write("grasp.json", grasp).string()});
+  };
+  const std::string head = R"({"schema": "geocage-grasp 1", "hand": "schunk_sdh", "object": "ball", )";
+  const std::string pose = R"("X_OH": {"p_m": [0, 0, -0.2], "q_wxyz": [1, 0, 0, 0]}, )";
+  EXPECT_EQ(evaluate("schunk_sdf", head + pose + R"("joints_rad": {}})").code, 2);
+  for (const std::string& bad : {std::string("{"), std::string("[]"), std::string(R"({"schema": "other 1"})"),
+                                 head + R"("joints_rad": {}})", head + pose + R"("joints_rad": {"elbow": 1}})",
+                                 head + pose + R"("joints_rad": {"knuckle": 99}})"}) {
+    const Ended ended = evaluate("schunk_sdh", bad);
+    EXPECT_EQ(ended.code, 3) << bad << ended.err;
+    EXPECT_NE(ended.err.find("grasp.json"), std::string::npos) << ended.err;
+  }
+}
+
+}  // namespace
+}  // namespace geocage::tests

@@ -1,0 +1,158 @@
+// Sentences of docs/architecture.md, section 4, that need no flow to run.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "datasets/shapes.h"
+#include "geometry/mesh.h"
+#include "tests/cli/program.h"
+#include "tests/pipeline/scratch_folder.h"
+
+namespace geocage::tests {
+namespace {
+
+using nlohmann::json;
+
+class Contract : public testing::Test {
+ protected:
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return file(name);
+  }
+  std::string write(const std::string& name, const geometry::TriangleMesh& mesh) const {
+    geometry::write_ply(folder_ / name, mesh);
+    return file(name);
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(Contract, HelpNamesEveryCommandAndTheExitCodes) {
+  const Ended help = geocage({"--help"});
+  EXPECT_EQ(help.code, 0);
+  for (const char* word : {"run", "status", "why", "show", "graph", "verify", "gc", "stages", "params", "hands", "datasets",
+                           "score", "writhe", "evaluate", "report", "130 interrupted"})
+    EXPECT_NE(help.out.find(word), std::string::npos) << word;
+}
+
+TEST_F(Contract, UsageMistakesAreCode2) {
+  EXPECT_EQ(geocage({}).code, 2);
+  EXPECT_EQ(geocage({"dance"}).code, 2);
+  EXPECT_EQ(geocage({"run", "--no-such-flag"}).code, 2);
+  EXPECT_EQ(geocage({"score", "x.ply"}).code, 2);  // --radius-m is missing
+  EXPECT_EQ(geocage({"score", "x.ply", "--radius-m", "-1"}).code, 2);
+  EXPECT_EQ(geocage({"run", "--jobs", "0"}).code, 2);
+}
+
+TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
+  const Ended stages = geocage({"stages", "--json"});
+  const json list = json::parse(stages.out)["stages"];
+  EXPECT_EQ(list.size(), 12u);
+  for (const auto& stage : list) {
+    const Ended params = geocage({"params", stage["stage"], "--json"});
+    EXPECT_EQ(params.code, 0);
+    EXPECT_FALSE(json::parse(params.out)["fields"].empty()) << stage;
+  }
+  EXPECT_NE(geocage({"params", "remesh"}).out.find("edge_length_m"), std::string::npos);
+  const Ended unknown = geocage({"params", "remsh"});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.err.find("did you mean 'remesh'"), std::string::npos);
+}
+
+TEST_F(Contract, HandsAreListed) {
+  const json hands = json::parse(geocage({"hands", "--json"}).out)["hands"];
+  ASSERT_FALSE(hands.empty());
+  EXPECT_EQ(hands[0]["hand"], "schunk_sdh");
+  EXPECT_EQ(hands[0]["ball_radius_m"], 0.06);
+}
+
+TEST_F(Contract, DatasetsAreListedAndUnknownOnesAreCode2) {
+  EXPECT_EQ(geocage({"datasets"}).code, 0);
+  const Ended unknown = geocage({"datasets", "get", "mugg"});
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.err.find("did you mean 'mug'"), std::string::npos);
+}
+
+TEST_F(Contract, ScoreCsvHasTheContractsColumns) {
+  const auto mesh = write("ball.ply", datasets::icosphere(0.05, 3));
+  const Ended scored = geocage({"score", mesh, "--radius-m", "0.03", "--out", file("s.csv")});
+  EXPECT_EQ(scored.code, 0) << scored.err;
+  std::ifstream csv(file("s.csv"));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line, "vertex,x_m,y_m,z_m,winding_angle_rad,curvature_sum_rad,ball_vertices,ball_triangles,euler");
+  int rows = 0;
+  while (std::getline(csv, line)) EXPECT_EQ(std::stoi(line), rows++);
+  EXPECT_EQ(rows, 642);
+}
+
+TEST_F(Contract, ScorePlyCarriesTheSameNames) {
+  const auto mesh = write("ball.ply", datasets::icosphere(0.05, 2));
+  ASSERT_EQ(geocage({"score", mesh, "--radius-m", "0.03", "--out", file("s.ply")}).code, 0);
+  std::vector<geometry::VertexField> fields;
+  geometry::read_own_ply(file("s.ply"), &fields);
+  std::vector<std::string> names;
+  for (const auto& field : fields) names.push_back(field.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"winding_angle_rad", "curvature_sum_rad", "ball_vertices", "ball_triangles",
+                                             "euler"}));
+}
+
+// Gauss-Bonnet: a ball that is the whole closed surface has the curvature 2 pi chi.
+TEST_F(Contract, ScoreOfAWholeSurfaceIsGaussBonnet) {
+  const auto mesh = write("torus.ply", datasets::torus(0.04, 0.015, 24, 12));
+  const Ended scored = geocage({"score", mesh, "--radius-m", "1", "--metric", "dijkstra"});
+  ASSERT_EQ(scored.code, 0) << scored.err;
+  std::istringstream csv(scored.out);
+  std::string line;
+  std::getline(csv, line);
+  while (std::getline(csv, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    ASSERT_EQ(cells.size(), 9u);
+    EXPECT_NEAR(std::stod(cells[5]), 0, 1e-9);  // 288 vertices, each good to a few ulp of 2 pi
+    EXPECT_EQ(cells[6], "288");
+    EXPECT_EQ(cells[8], "0");
+  }
+}
+
+TEST_F(Contract, UnitsOverrideTheGuard) {
+  const auto mesh = write("mm.ply", datasets::icosphere(50, 2));
+  const Ended refused = geocage({"score", mesh, "--radius-m", "0.03"});
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_NE(refused.err.find("0.001"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("mm.ply"), std::string::npos);
+  EXPECT_EQ(geocage({"score", mesh, "--radius-m", "0.03", "--units", "mm"}).code, 0);
+}
+
+TEST_F(Contract, WritheOfCrossedSegments) {
+  const auto a = write("a.csv", "-1,0,0\n1,0,0\n"), b = write("b.csv", "0,-1,1\n0,1,1\n");
+  const Ended ended = geocage({"writhe", a, b, "--json"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const json answer = json::parse(ended.out);
+  EXPECT_NEAR(answer["omega_sr"][0][0], -2 * M_PI / 3, 1e-12);  // method: -4 asin(1 / (1 + h^2)), h = 1
+  EXPECT_NEAR(answer["gli"], -1.0 / 6, 1e-12);
+}
+
+TEST_F(Contract, ClosedPolylinesLink) {
+  const auto a = write("a.csv", "-1,-1,0\n1,-1,0\n1,1,0\n-1,1,0\n"), b = write("b.csv", "0,0,-1\n2,0,-1\n2,0,1\n0,0,1\n");
+  const json answer = json::parse(geocage({"writhe", a, b, "--closed", "--json"}).out);
+  EXPECT_NEAR(answer["gli"], -1, 1e-12);  // two linked squares
+  EXPECT_EQ(answer["omega_sr"].size(), 4u);
+}
+
+TEST_F(Contract, StoreOfAnotherKindIsCode5) {
+  write("song", "la");
+  EXPECT_EQ(geocage({"verify", "--store", folder_.path().string()}).code, 5);
+}
+
+TEST_F(Contract, EmptyStoreVerifiesAndCollects) {
+  EXPECT_EQ(geocage({"verify", "--store", file("store")}).code, 0);
+  EXPECT_EQ(json::parse(geocage({"gc", "--dry-run", "--json", "--store", file("store")}).out)["entries"], 0);
+}
+
+}  // namespace
+}  // namespace geocage::tests

@@ -1,0 +1,229 @@
+// Sentences of docs/architecture.md, section 4, about runs, on a bottle that takes seconds.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "hands/grasp.h"
+#include "pipeline/store.h"
+#include "tests/cli/program.h"
+#include "tests/cli/shapes_folder.h"
+
+namespace geocage::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::map<std::string, std::string> states_of(const json& run) {
+  std::map<std::string, std::string> states;
+  for (const auto& slot : run["slots"]) states[slot["slot"]] = slot["state"];
+  return states;
+}
+
+std::map<std::string, std::string> contents_of(const json& run) {
+  std::map<std::string, std::string> contents;
+  for (const auto& slot : run["slots"]) contents[slot["slot"]] = fs::path(slot["folder"].get<std::string>()).filename();
+  return contents;
+}
+
+int made(const json& run) {
+  int count = 0;
+  for (const auto& slot : run["slots"]) count += slot["state"] == "made";
+  return count;
+}
+
+/// One cold run, shared by the tests that only look at what it made.
+class FlowRun : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new ScratchFolder;
+    flow_ = quick_flow(*folder_);
+    first_ = geocage(arguments(flow_));
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::vector<std::string> arguments(const fs::path& flow, std::vector<std::string> more = {},
+                                            const std::string& store = "store") {
+    std::vector<std::string> all = {"run",   flow.string(), "--json", "--quiet", "--store", (*folder_ / store).string(),
+                                    "--out", (*folder_ / "report").string()};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  static json run(const std::vector<std::string>& more = {}, const fs::path& flow = flow_) {
+    return json::parse(geocage(arguments(flow, more)).out);
+  }
+
+  static ScratchFolder* folder_;
+  static fs::path flow_;
+  static Ended first_;
+};
+ScratchFolder* FlowRun::folder_ = nullptr;
+fs::path FlowRun::flow_;
+Ended FlowRun::first_;
+
+TEST_F(FlowRun, JsonIsOneDocumentAndCountsAddUp) {
+  ASSERT_EQ(first_.code, 0) << first_.err << first_.out;
+  EXPECT_TRUE(first_.err.empty()) << first_.err;  // --quiet
+  const json answer = json::parse(first_.out);
+  EXPECT_EQ(answer["schema"], "geocage-run 1");
+  const json& c = answer["counts"];
+  EXPECT_EQ(c["in"], 1);
+  EXPECT_EQ(c["in"].get<int>(), c["done"].get<int>() + c["failed"].get<int>() + c["rejected"].get<int>() + c["skipped"].get<int>());
+  EXPECT_TRUE(fs::exists(answer["report"].get<std::string>()));
+  for (const auto& slot : answer["slots"]) {
+    EXPECT_EQ(slot["state"], "made");
+    EXPECT_TRUE(fs::is_directory(slot["folder"].get<std::string>()));
+  }
+}
+
+TEST_F(FlowRun, SlotsAreNamedAsTheContractSays) {
+  const auto states = states_of(json::parse(first_.out));
+  for (const char* slot : {"bottle/import", "bottle/scan", "bottle/cloud", "bottle/occupancy", "bottle/reconstruct",
+                           "bottle/remesh", "bottle/field", "bottle/balls/schunk_sdh", "bottle/score/schunk_sdh",
+                           "bottle/place/schunk_sdh", "bottle/approach/schunk_sdh", "bottle/evaluate/schunk_sdh"})
+    EXPECT_TRUE(states.contains(slot)) << slot;
+}
+
+TEST_F(FlowRun, SecondRunMakesNothing) {
+  const json second = run();
+  EXPECT_EQ(made(second), 0);
+  EXPECT_EQ(contents_of(second), contents_of(json::parse(first_.out)));
+}
+
+TEST_F(FlowRun, CommentsAndOrderOfKeysMakeNothing) {
+  const auto other = *folder_ / "other.toml";
+  std::ofstream(other) << "# another comment\nhands = ['schunk_sdh']\nobjects = ['" << (*folder_ / "bottle.ply").string()
+                       << "']\n[place]\nmax_grasps = 2\n[field]\ncells = 32\n[remesh]\nedge_length_m = 6e-3\n"
+                       << "[scan]\nheight = 120\nwidth = 160\nviews = 4\n";
+  EXPECT_EQ(made(run({}, other)), 0);
+}
+
+TEST_F(FlowRun, LateParameterRemakesOnlyItsStage) {
+  const auto why = geocage({"why", "bottle/evaluate/schunk_sdh", flow_.string(), "--store", (*folder_ / "store").string(),
+                            "--set", "evaluate.friction=0.5"});
+  EXPECT_NE(why.out.find("- param friction = 0.6"), std::string::npos) << why.out;
+  EXPECT_NE(why.out.find("+ param friction = 0.5"), std::string::npos) << why.out;
+  const auto states = states_of(run({"--set", "evaluate.friction=0.5"}));
+  for (const auto& [slot, state] : states) EXPECT_EQ(state, slot == "bottle/evaluate/schunk_sdh" ? "made" : "hit") << slot;
+}
+
+TEST_F(FlowRun, OnlyUntilAndForce) {
+  EXPECT_EQ(states_of(run({"--only", "bottle/remesh"})), (std::map<std::string, std::string>{{"bottle/remesh", "hit"}}));
+  EXPECT_FALSE(states_of(run({"--until", "bottle/cloud"})).contains("bottle/remesh"));
+  const json forced = run({"--force", "bottle/remesh"});
+  EXPECT_EQ(made(forced), 1);  // the same bytes again: nothing after it is made
+  EXPECT_EQ(contents_of(forced), contents_of(run()));
+  EXPECT_EQ(geocage(arguments(flow_, {"--only", "bottle/remsh"})).code, 2);
+}
+
+TEST_F(FlowRun, StatusShowGraphVerify) {
+  const std::string store = (*folder_ / "store").string();
+  const json status = json::parse(geocage({"status", flow_.string(), "--store", store, "--json"}).out);
+  for (const auto& slot : status["slots"]) EXPECT_EQ(slot["state"], "hit");
+  const Ended fresh = geocage({"status", flow_.string(), "--store", (*folder_ / "fresh").string()});
+  EXPECT_NE(fresh.out.find("miss bottle/import"), std::string::npos) << fresh.out;
+  EXPECT_NE(fresh.out.find("?    bottle/remesh"), std::string::npos) << fresh.out;
+  const json shown = json::parse(geocage({"show", "bottle/remesh", "--store", store, "--json"}).out);
+  EXPECT_TRUE(shown["files"].contains("mesh.ply"));
+  EXPECT_NE(geocage({"graph", flow_.string(), "--store", store}).out.find("\"bottle/cloud\" -> \"bottle/reconstruct\""),
+            std::string::npos);
+  EXPECT_EQ(geocage({"verify", "--store", store}).code, 0);
+}
+
+TEST_F(FlowRun, ArtefactsOpenInCommonTools) {
+  const json answer = json::parse(first_.out);
+  std::map<std::string, fs::path> folder;
+  for (const auto& slot : answer["slots"]) folder[slot["slot"]] = slot["folder"].get<std::string>();
+  const auto first_line = [](const fs::path& file) {
+    std::string line;
+    std::getline(std::ifstream(file), line);
+    return line;
+  };
+  EXPECT_EQ(first_line(folder["bottle/remesh"] / "mesh.ply"), "ply");
+  EXPECT_EQ(first_line(folder["bottle/score/schunk_sdh"] / "scores.ply"), "ply");
+  EXPECT_TRUE(first_line(folder["bottle/field"] / "coarse.nrrd").starts_with("NRRD"));
+  EXPECT_EQ(first_line(folder["bottle/occupancy"] / "occupancy.bt"), "# Octomap OcTree binary file");
+  const auto grasps = hands::read_grasps(folder["bottle/place/schunk_sdh"] / "grasps.json");
+  EXPECT_FALSE(grasps.grasps.empty());
+}
+
+TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
+  const json answer = json::parse(first_.out);
+  fs::path place;
+  for (const auto& slot : answer["slots"])
+    if (slot["slot"] == "bottle/place/schunk_sdh") place = slot["folder"].get<std::string>();
+  const auto grasps = hands::read_grasps(place / "grasps.json");
+  ASSERT_FALSE(grasps.grasps.empty());
+  std::ofstream(*folder_ / "one.json") << hands::to_json(grasps.grasps.front()).dump();
+  const Ended ended = geocage({"evaluate", "--mesh", (*folder_ / "bottle.ply").string(), "--hand", "schunk_sdh", "--grasp",
+                               (*folder_ / "one.json").string(), "--json"});
+  const json evaluation = json::parse(ended.out);
+  EXPECT_EQ(evaluation["schema"], "geocage-evaluation 1");
+  EXPECT_EQ(evaluation["protocol"], "geocage-force");
+  if (evaluation["outcome"] == "held" || evaluation["outcome"] == "lost") {
+    ASSERT_EQ(evaluation["directions"].size(), 6u);
+    EXPECT_EQ(evaluation["directions"][0]["name"], "+x");
+  }
+  EXPECT_TRUE(evaluation["engine"].contains("dt_s"));
+}
+
+TEST_F(FlowRun, OneAndTwoThreadsGiveTheSameBytes) {
+  const auto other = [&](const char* threads, const char* jobs, const std::string& store) {
+    const Ended ended = geocage(arguments(flow_, {"--jobs", jobs}, store), {std::string("OMP_NUM_THREADS=") + threads});
+    return contents_of(json::parse(ended.out));
+  };
+  const auto expected = contents_of(json::parse(first_.out));
+  EXPECT_EQ(other("1", "1", "store_1"), expected);
+  EXPECT_EQ(other("2", "2", "store_2"), expected);
+}
+
+TEST_F(FlowRun, BrokenItemsAreCountedAndTheOthersGoOn) {
+  const auto dataset = *folder_ / "dataset";
+  fs::create_directories(dataset);
+  fs::copy_file(*folder_ / "bottle.ply", dataset / "bottle.ply", fs::copy_options::overwrite_existing);
+  std::ofstream(dataset / "broken.stl") << "solid nothing";
+  std::ofstream(dataset / "readme.txt") << "not an object";
+  const Ended ended = geocage(arguments(flow_, {"--dataset", dataset.string()}));
+  EXPECT_EQ(ended.code, 1) << ended.err;
+  const json answer = json::parse(ended.out);
+  EXPECT_EQ(answer["counts"]["in"], 2);
+  EXPECT_EQ(answer["counts"]["done"], 1);
+  EXPECT_EQ(answer["counts"]["failed"], 1);
+  for (const auto& slot : answer["slots"])
+    if (slot["slot"] == "broken/import") {
+      EXPECT_EQ(slot["state"], "failed");
+      EXPECT_NE(slot["sentence"].get<std::string>().find("broken.stl"), std::string::npos);
+    }
+}
+
+TEST_F(FlowRun, WhatAMachineCannotGetIsSkippedByName) {
+  const fs::path data = *folder_ / "data";
+  fs::create_directories(data / "datasets");
+  std::ofstream(data / "datasets" / "catalogue.toml")
+      << "[unicorn]\nkind = 'mesh'\npackage = 'no-such-package-here'\nversion = '1'\npath = 'unicorn.obj'\nsha256 = '"
+      << std::string(64, '0') << "'\nlicence = 'none'\n";
+  fs::copy(fs::path(GEOCAGE_HANDS), data / "hands", fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  const Ended ended = geocage(arguments(flow_, {"--dataset", "unicorn"}),
+                              {"GEOCAGE_DATA=" + data.string(), "GEOCAGE_DATASETS=" + (*folder_ / "cache").string()});
+  EXPECT_EQ(ended.code, 1) << ended.err;
+  const json counts = json::parse(ended.out)["counts"];
+  EXPECT_EQ(counts["in"], 1);
+  EXPECT_EQ(counts["skipped"], 1);
+}
+
+TEST_F(FlowRun, SweepMakesAVariantALevel) {
+  const auto swept = *folder_ / "sweep.toml";
+  quick_flow(*folder_, "[sweep]\n'scan.sigma_m' = [0.0, 0.001]\n'scan.seed' = [1, 2]\n");
+  fs::copy_file(flow_, swept, fs::copy_options::overwrite_existing);
+  quick_flow(*folder_);
+  const json answer = run({"--until", "scan"}, swept);
+  const auto states = states_of(answer);
+  EXPECT_EQ(answer["counts"]["in"], 4);
+  EXPECT_TRUE(states.contains("bottle@scan.sigma_m=0.001,scan.seed=2/scan"));
+}
+
+}  // namespace
+}  // namespace geocage::tests

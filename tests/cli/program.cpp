@@ -1,0 +1,57 @@
+#include "tests/cli/program.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "tests/pipeline/scratch_folder.h"
+
+namespace geocage::tests {
+
+namespace {
+
+pid_t start(const std::vector<std::string>& arguments, const std::vector<std::string>& environment,
+            const std::filesystem::path& folder) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  setpgid(0, 0);
+  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  dup2(open((folder / "out").c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+  dup2(open((folder / "err").c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+  for (const auto& variable : environment) putenv(const_cast<char*>(variable.c_str()));
+  std::vector<char*> argv = {const_cast<char*>(GEOCAGE_PROGRAM)};
+  for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+Ended geocage(const std::vector<std::string>& arguments, const std::vector<std::string>& environment) {
+  const ScratchFolder folder;
+  int status = 0;
+  waitpid(start(arguments, environment, folder.path()), &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"), text_of(folder / "err")};
+}
+
+void geocage_killed(const std::vector<std::string>& arguments, int milliseconds) {
+  const ScratchFolder folder;
+  const pid_t child = start(arguments, {}, folder.path());
+  usleep(static_cast<useconds_t>(milliseconds) * 1000);
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+}
+
+}  // namespace geocage::tests

@@ -1,0 +1,145 @@
+#include "geometry/distance_field.h"
+
+#include <cstring>
+#include <fstream>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "datasets/shapes.h"
+#include "tests/pipeline/scratch_folder.h"
+
+namespace geocage::geometry {
+namespace {
+
+Vec3 random_point(std::mt19937_64& random, const Vec3& low, const Vec3& high) {
+  std::uniform_real_distribution<> unit(0, 1);
+  return low + (high - low).cwiseProduct(Vec3(unit(random), unit(random), unit(random)));
+}
+
+bool same_bytes(const SignedDistanceField& a, const SignedDistanceField& b) {
+  return a.coarse.size() == b.coarse.size() && a.fine.size() == b.fine.size() && a.block == b.block &&
+         std::memcmp(a.coarse.data(), b.coarse.data(), a.coarse.size() * sizeof(float)) == 0 &&
+         std::memcmp(a.fine.data(), b.fine.data(), a.fine.size() * sizeof(float)) == 0 &&
+         a.origin == b.origin && a.cell_m == b.cell_m && a.nodes == b.nodes && a.refine == b.refine;
+}
+
+/// Every node against brute force and the winding number.
+void expect_exact_nodes(const TriangleMesh& mesh, const SignedDistanceField& field) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 400; ++i) {
+    std::array<int, 3> at;
+    for (int k = 0; k < 3; ++k) at[k] = std::uniform_int_distribution<>(0, field.nodes[k] - 1)(random);
+    const Vec3 p = field.origin + field.cell_m * Vec3(at[0], at[1], at[2]);
+    const double value =
+        field.coarse[at[0] + field.nodes[0] * (at[1] + std::ptrdiff_t(field.nodes[1]) * at[2])];
+    const double distance = brute_force_distance_m(mesh, p);
+    // Stored as float; the closest triangle itself is found in double.
+    EXPECT_NEAR(std::abs(value), distance, 1e-6 * distance + 1e-9);
+    const bool inside = winding_number_of_mesh(mesh, p) > 0.5;
+    EXPECT_TRUE(distance < 1e-6 || (value < 0) == inside) << p.transpose();
+  }
+}
+
+TEST(DistanceField, NodesAreExactOnEveryShape) {
+  for (const auto& mesh : {datasets::icosphere(0.05, 3), datasets::torus(0.05, 0.012, 48, 24),
+                           datasets::box({0.06, 0.08, 0.03}, 2), datasets::cup(0.04, 0.1, 0.003, 48)})
+    expect_exact_nodes(mesh, build_distance_field(mesh, {24, 0.02, 2}));
+}
+
+// A wall of 2 mm in cells of 3 mm: without the fine blocks it would have no inside.
+TEST(DistanceField, ThinWallsKeepBothSides) {
+  const double radius = 0.04, wall = 0.002;
+  const auto cup = datasets::cup(radius, 0.1, wall, 96);
+  const auto field = build_distance_field(cup, {64, 0.03, 4});
+  ASSERT_GT(field.cell_m, wall);
+  for (int i = 0; i < 200; ++i) {
+    const double angle = 0.1 + i * 2.39996, z = 0.02 + 0.06 * i / 200;
+    const Vec3 along(std::cos(angle), std::sin(angle), 0);
+    // The polygon's sides lie inside the circle by r (1 - cos(pi/96)) = 0.02 mm.
+    EXPECT_LT(field.value((radius - wall / 2) * along + Vec3(0, 0, z)), -0.0005) << i;
+    EXPECT_GT(field.value((radius + 0.001) * along + Vec3(0, 0, z)), 0.0005) << i;
+    EXPECT_GT(field.value((radius - wall - 0.001) * along + Vec3(0, 0, z)), 0.0005) << i;
+  }
+}
+
+// Trilinear error of a distance with curvatures 1/r, 1/r over a cell h: h^2/8 x 2/r a direction, h^2/(2 r)
+// over three; the sphere's facets lie inside it by edge^2/(2 r) at most. Cells that the surface crosses are
+// fine ones.
+TEST(DistanceField, BetweenNodesItFollowsTheSphere) {
+  const double r = 0.05;
+  const auto mesh = datasets::icosphere(r, 5);
+  const auto field = build_distance_field(mesh, {64, 0.03, 3});
+  const double facets = mean_edge_m(mesh) * mean_edge_m(mesh) / (2 * r), coarse = field.cell_m,
+               fine = coarse / 3;
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 direction = random_point(random, Vec3::Constant(-1), Vec3::Constant(1)).normalized();
+    for (double exact : {-0.01, -0.002, 0.0, 0.002, 0.01}) {
+      const double h = exact == 0 ? fine : coarse;
+      EXPECT_NEAR(field.value((r + exact) * direction), exact, h * h / (2 * (r + exact)) + facets);
+    }
+  }
+}
+
+TEST(DistanceField, GradientIsThatOfTheInterpolant) {
+  const auto field = build_distance_field(datasets::torus(0.05, 0.015, 48, 24), {32, 0.02, 2});
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 p = random_point(random, Vec3::Constant(-0.06), Vec3::Constant(0.06));
+    Vec3 gradient;
+    field.value(p, gradient);
+    const double step = 1e-7;
+    for (int k = 0; k < 3; ++k) {
+      const double up = field.value(p + step * Vec3::Unit(k)), down = field.value(p - step * Vec3::Unit(k));
+      const double middle = field.value(p);
+      // Inside a cell the interpolant is smooth; across a face the two one-sided slopes differ.
+      const double slope = (up - down) / (2 * step), kink = std::abs((up - middle) - (middle - down)) / step;
+      EXPECT_NEAR(gradient[k], slope, 1e-5 + kink);
+    }
+  }
+}
+
+TEST(DistanceField, OutsideTheGridItGrowsWithTheDistance) {
+  const double r = 0.05;
+  const auto field = build_distance_field(datasets::icosphere(r, 4), {32, 0.02, 2});
+  for (double x : {0.1, 0.3, 1.0}) {
+    EXPECT_GE(field.value({x, 0, 0}), x - r - 1e-3);
+    EXPECT_LE(field.value({x, 0, 0}), x - r + 1e-3);  // along an axis the box's nearest point is on the way
+    EXPECT_GE(field.value({x, x, x}), std::sqrt(3.0) * x - r - 1e-3);
+  }
+}
+
+TEST(DistanceField, SameBytesForAnyThreadCount) {
+  const auto mesh = datasets::cup(0.04, 0.1, 0.003, 48);
+  omp_set_num_threads(1);
+  const auto one = build_distance_field(mesh, {32, 0.02, 3});
+  omp_set_num_threads(4);
+  const auto four = build_distance_field(mesh, {32, 0.02, 3});
+  EXPECT_TRUE(same_bytes(one, four));
+}
+
+TEST(DistanceField, ReadsBackExactly) {
+  const tests::ScratchFolder folder;
+  const auto written = build_distance_field(datasets::icosphere(0.05, 2), {16, 0.013, 2});
+  save_artefact(written, folder.path());
+  SignedDistanceField read;
+  load_artefact(read, folder.path());
+  EXPECT_TRUE(same_bytes(written, read));
+  std::string magic;
+  std::getline(std::ifstream(folder / "coarse.nrrd"), magic);
+  EXPECT_EQ(magic, "NRRD0004");
+}
+
+TEST(ClosestPoint, OnFaceEdgeAndCorner) {
+  const Vec3 a(0, 0, 0), b(1, 0, 0), c(0, 1, 0);
+  EXPECT_EQ(closest_point_on_triangle({0.25, 0.25, 3}, a, b, c), Vec3(0.25, 0.25, 0));
+  EXPECT_EQ(closest_point_on_triangle({0.5, -2, 1}, a, b, c), Vec3(0.5, 0, 0));
+  EXPECT_EQ(closest_point_on_triangle({-1, -1, 0}, a, b, c), a);
+  EXPECT_EQ(closest_point_on_triangle({2, 2, 0}, a, b, c), Vec3(0.5, 0.5, 0));
+  EXPECT_EQ(closest_point_on_triangle({0.5, 1, 0}, a, b, b), Vec3(0.5, 0, 0));  // no area
+}
+
+}  // namespace
+}  // namespace geocage::geometry

@@ -1,0 +1,217 @@
+#include "stages/evaluate/evaluate.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <omp.h>
+
+#include "hands/closing.h"
+#include "pipeline/error.h"
+#include "tests/stages/evaluate/scenes.h"
+
+namespace geocage::stages {
+namespace {
+
+constexpr double sphere_radius_m = 0.035;
+
+const hands::Hand& sdh() {
+  static const hands::Hand hand = hands::load_hand("schunk_sdh");
+  return hand;
+}
+
+const geometry::SignedDistanceField& sphere_field() {
+  static const auto field =
+      filled(Vec3::Constant(0.08), 0.002, [](const Vec3& p) { return p.norm() - sphere_radius_m; });
+  return field;
+}
+
+/// An octahedron: only its mass properties matter here, and they are as even as a sphere's.
+geometry::TriangleMesh sphere_mesh() {
+  geometry::TriangleMesh mesh;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {1.0, -1.0}) mesh.vertices.push_back(side * sphere_radius_m * Vec3::Unit(axis));
+  for (const int x : {0, 1})
+    for (const int y : {2, 3})
+      for (const int z : {4, 5}) {
+        const bool outward = (x + y + z) % 2 == 0;
+        mesh.triangles.push_back(outward ? std::array<int, 3>{x, y, z} : std::array<int, 3>{x, z, y});
+      }
+  return mesh;
+}
+
+/// The sphere's centre on the palm's axis at this height above the palm, fingers spread evenly.
+struct Placement {
+  Pose X_OH;
+  Eigen::VectorXd q_open;
+};
+
+Placement above_palm(double height_m) {
+  Placement place{Pose::Identity(), sdh().open_rad};
+  place.X_OH.translation() = -(sdh().palm_H + height_m * sdh().approach_H);
+  place.q_open[sdh().tree.dof(sdh().spread_dof)] = std::numbers::pi / 3;
+  return place;
+}
+
+hands::Grasp grasp_of(const Pose& X_OH, const Eigen::VectorXd& q) {
+  hands::Grasp grasp;
+  grasp.hand = sdh().name, grasp.object = "sphere", grasp.X_OH = X_OH;
+  grasp.joints_rad = hands::joint_map(sdh().tree, q);
+  return grasp;
+}
+
+hands::Grasp closed_grasp() {
+  const Placement place = above_palm(0.06);
+  return grasp_of(place.X_OH, hands::close_hand(sdh(), sphere_field(), place.X_OH, place.q_open, {}).q);
+}
+hands::Grasp open_grasp() {
+  const Placement place = above_palm(0.06);
+  return grasp_of(place.X_OH, place.q_open);
+}
+hands::Grasp pierced_grasp() {
+  const Placement place = above_palm(-0.02);
+  return grasp_of(place.X_OH, place.q_open);
+}
+
+Evaluations evaluated(const std::vector<hands::Grasp>& grasps, const motion::TrajectorySet& ways = {}) {
+  pipeline::Run run;
+  return evaluate({}, run, {grasps, {}}, ways, sphere_mesh(), sphere_field(), sdh());
+}
+
+std::string saved(const Evaluations& all) {
+  const auto dir = std::filesystem::path(testing::TempDir()) / "evaluations";
+  std::filesystem::create_directories(dir);
+  save_artefact(all, dir);
+  std::ostringstream text;
+  text << std::ifstream(dir / "evaluations.json").rdbuf();
+  return text.str();
+}
+
+TEST(Evaluate, a_sphere_stays_in_three_closed_fingers_and_leaves_open_ones) {
+  const Evaluations all = evaluated({closed_grasp(), open_grasp()});
+  EXPECT_EQ(all.list[0].outcome, Outcome::held) << all.list[0].reason;
+  EXPECT_EQ(all.list[1].outcome, Outcome::lost) << all.list[1].reason;
+  EXPECT_EQ(all.list[0].directions.size(), 6u);
+  for (const DirectionResult& push : all.list[0].directions) EXPECT_LT(push.max_displacement_m, 0.05);
+  EXPECT_LT(all.list[0].max_penetration_m, 1e-3);
+}
+
+TEST(Evaluate, holds_nothing_with_the_hand_far_away) {
+  const Evaluations all = evaluated({closed_grasp(), open_grasp()});
+  EXPECT_EQ(all.null_control.trials, 12);
+  EXPECT_EQ(all.null_control.held, 0);
+  EXPECT_TRUE(all.valid());
+}
+
+TEST(Evaluate, says_the_same_bytes_twice_and_with_any_number_of_threads) {
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const std::string one = saved(evaluated({closed_grasp(), open_grasp()}));
+  omp_set_num_threads(2);
+  const std::string two = saved(evaluated({closed_grasp(), open_grasp()}));
+  const std::string again = saved(evaluated({closed_grasp(), open_grasp()}));
+  omp_set_num_threads(threads);
+  EXPECT_EQ(one, two);
+  EXPECT_EQ(two, again);
+}
+
+TEST(Evaluate, rejects_what_it_need_not_simulate) {
+  motion::TrajectorySet ways;
+  ways.trajectories.resize(2);
+  ways.trajectories[0].outcome = "planned";
+  ways.trajectories[1].outcome = "the start collides";
+  const Evaluations all = evaluated({pierced_grasp(), closed_grasp()}, ways);
+  EXPECT_EQ(all.list[0].outcome, Outcome::rejected);
+  EXPECT_GT(all.list[0].start_penetration_m, 0.01);
+  EXPECT_EQ(all.list[1].outcome, Outcome::rejected);
+  EXPECT_EQ(all.list[1].reason, "no approach path: the start collides");
+  EXPECT_TRUE(all.list[1].directions.empty());
+}
+
+TEST(Evaluate, counts_add_up_and_files_read_back) {
+  const Evaluations all = evaluated({closed_grasp(), pierced_grasp()});
+  int sum = 0;
+  for (const Outcome outcome : outcomes) sum += all.count(outcome);
+  EXPECT_EQ(sum, 2);
+
+  const std::string text = saved(all);
+  Evaluations read;
+  load_artefact(read, std::filesystem::path(testing::TempDir()) / "evaluations");
+  EXPECT_EQ(saved(read), text);
+
+  const auto file = nlohmann::json::parse(text);
+  const auto& entry = file["evaluations"][0];
+  EXPECT_EQ(entry["schema"], "geocage-evaluation 1");
+  for (const char* key :
+       {"protocol", "outcome", "reason", "directions", "counts", "engine", "seed", "drift_m"})
+    EXPECT_TRUE(entry.contains(key)) << key;
+  EXPECT_EQ(file["counts"]["rejected"], 1);
+}
+
+template <class Change>
+pipeline::UserError error_after(Change change) {
+  hands::Grasp grasp = closed_grasp();
+  EvaluateParams params;
+  change(grasp, params);
+  pipeline::Run run;
+  try {
+    evaluate(params, run, {{grasp}, {}}, {}, sphere_mesh(), sphere_field(), sdh());
+  } catch (const pipeline::UserError& error) {
+    return error;
+  }
+  throw std::logic_error("no error");
+}
+
+TEST(Evaluate, names_the_mistake) {
+  using pipeline::Fault;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto bad_pose = error_after([&](auto& grasp, auto&) { grasp.X_OH.translation().x() = nan; });
+  EXPECT_EQ(bad_pose.fault(), Fault::input);
+  EXPECT_EQ(bad_pose.where(), "grasp 0: X_OH");
+  const auto bad_joint = error_after([&](auto& grasp, auto&) { grasp.joints_rad.begin()->second = nan; });
+  EXPECT_EQ(bad_joint.fault(), Fault::input);
+  const auto bad_hand = error_after([&](auto& grasp, auto&) { grasp.hand = "barrett"; });
+  EXPECT_EQ(bad_hand.fault(), Fault::input);
+  const auto bad_protocol = error_after([&](auto&, auto& params) { params.protocol = "geocage-farce"; });
+  EXPECT_EQ(bad_protocol.fault(), Fault::configuration);
+  EXPECT_NE(bad_protocol.hint().find("geocage-force"), std::string::npos);
+}
+
+// Bullet's links stand where the tree's own kinematics puts them, mimic joints included.
+TEST(HandBody, stands_where_forward_kinematics_says) {
+  Pose X_WH = Pose::Identity();
+  X_WH.rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())).pretranslate(Vec3(0.1, -0.2, 0.3));
+  Eigen::VectorXd q = 0.3 * sdh().tree.lower_rad + 0.7 * sdh().tree.upper_rad;
+  const HandBody body(sdh(), X_WH, q, {});
+  std::vector<Pose> X_HL;
+  hands::forward_kinematics(sdh().tree, q, X_HL);
+  for (std::size_t link = 1; link < X_HL.size(); ++link) {
+    const Pose expected = X_WH * X_HL[link];
+    EXPECT_TRUE(body.X_WL(static_cast<int>(link)).isApprox(expected, 1e-12)) << sdh().tree.links[link];
+  }
+}
+
+// Motors bring every joint to its target, and the mimic joint's link along with its leader's: 10 time
+// constants of 0.1 s leave e^-10 of the error, far below the tolerance.
+TEST(HandBody, motors_reach_their_targets) {
+  const hands::KinematicTree& tree = sdh().tree;
+  const Eigen::VectorXd q = sdh().open_rad, target = q + 0.2 * (tree.upper_rad - q);
+  const ObjectBody object = solid_body(sphere_mesh(), sphere_field(), 0.1);
+  World world({}, object, sdh(), Pose(Eigen::Translation3d(0, 0, 1)), q, 0);
+  world.hold(target, {});
+  for (int i = 0; i < 1500; ++i) world.step(Vec3::Zero());
+  std::vector<Pose> X_HL;
+  hands::forward_kinematics(tree, target, X_HL);
+  for (std::size_t link = 1; link < X_HL.size(); ++link) {
+    const Pose expected = Eigen::Translation3d(0, 0, 1) * X_HL[link];
+    EXPECT_TRUE(world.hand().X_WL(static_cast<int>(link)).isApprox(expected, 1e-3)) << tree.links[link];
+  }
+}
+
+}  // namespace
+}  // namespace geocage::stages
