@@ -1,0 +1,105 @@
+#include "geometry/cloud.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+namespace geocage::geometry {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+json numbers(const Vec3& p) {
+  return {p.x(), p.y(), p.z()};
+}
+Vec3 vector(const json& p) {
+  return Vec3(p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
+}
+
+void put(std::string& bytes, const Vec3& p) {
+  bytes.append(reinterpret_cast<const char*>(p.data()), 3 * sizeof(double));
+}
+Vec3 take(const char*& at) {
+  Vec3 p;
+  std::memcpy(p.data(), at, 3 * sizeof(double));
+  at += 3 * sizeof(double);
+  return p;
+}
+
+std::string ply_of(const PointCloud& cloud) {
+  const bool normals = !cloud.normals.empty(), views = !cloud.view.empty();
+  std::string bytes = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(cloud.size()) +
+                      "\nproperty double x\nproperty double y\nproperty double z\n";
+  if (normals) bytes += "property double nx\nproperty double ny\nproperty double nz\n";
+  if (views) bytes += "property int view\n";
+  bytes += "end_header\n";
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    put(bytes, cloud.points[i]);
+    if (normals) put(bytes, cloud.normals[i]);
+    if (views) bytes.append(reinterpret_cast<const char*>(&cloud.view[i]), sizeof(int));
+  }
+  return bytes;
+}
+
+void write(const fs::path& file, const std::string& bytes) {
+  std::ofstream out(file, std::ios::binary);
+  out << bytes;
+  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+}
+
+std::string read(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::system_error(errno, std::generic_category(), file.string());
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+std::string_view artefact_kind(const PointCloud*) {
+  return "cloud";
+}
+
+void save_artefact(const PointCloud& cloud, const fs::path& dir) {
+  write(dir / "cloud.ply", ply_of(cloud));
+  json origins = json::array();
+  for (const Vec3& p : cloud.sensor_origins) origins.push_back(numbers(p));
+  json meta = {{"schema", "geocage-cloud 1"},       {"points", cloud.size()},
+               {"normals", !cloud.normals.empty()}, {"views", !cloud.view.empty()},
+               {"sensor_origins_m", origins},       {"support", nullptr}};
+  if (cloud.support)
+    meta["support"] = {{"normal", numbers(cloud.support->normal)}, {"offset_m", cloud.support->offset_m}};
+  write(dir / "cloud.json", meta.dump(1) + "\n");
+}
+
+void load_artefact(PointCloud& cloud, const fs::path& dir) {
+  const json meta = json::parse(read(dir / "cloud.json"));
+  const std::string bytes = read(dir / "cloud.ply");
+  const std::size_t count = meta["points"];
+  const bool normals = meta["normals"], views = meta["views"];
+  const std::size_t header = bytes.find("end_header\n") + 11, row = 24 + (normals ? 24 : 0) + (views ? 4 : 0);
+  if (bytes.size() != header + count * row)
+    throw std::system_error(EIO, std::generic_category(), (dir / "cloud.ply").string());
+  cloud = {};
+  const char* at = bytes.data() + header;
+  for (std::size_t i = 0; i < count; ++i) {
+    cloud.points.push_back(take(at));
+    if (normals) cloud.normals.push_back(take(at));
+    if (!views) continue;
+    cloud.view.emplace_back();
+    std::memcpy(&cloud.view.back(), at, sizeof(int));
+    at += sizeof(int);
+  }
+  for (const auto& p : meta["sensor_origins_m"]) cloud.sensor_origins.push_back(vector(p));
+  if (!meta["support"].is_null())
+    cloud.support = Plane{vector(meta["support"]["normal"]), meta["support"]["offset_m"]};
+}
+
+}  // namespace geocage::geometry

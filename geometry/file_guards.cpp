@@ -1,0 +1,112 @@
+#include "geometry/file_guards.h"
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "pipeline/error.h"
+
+namespace geocage::geometry {
+
+namespace fs = std::filesystem;
+using pipeline::Fault;
+using pipeline::UserError;
+
+namespace {
+
+/// Bytes of a PLY number type; 0 for an unknown one.
+int size_of_type(const std::string& type) {
+  static const std::map<std::string, int> sizes = {
+      {"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},  {"short", 2}, {"ushort", 2},
+      {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
+      {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+  const auto it = sizes.find(type);
+  return it == sizes.end() ? 0 : it->second;
+}
+
+[[noreturn]] void refuse_ply(const fs::path& file, const std::string& sentence) {
+  throw UserError(Fault::input, file.string(), sentence, "write the file anew with another tool");
+}
+
+}  // namespace
+
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+void guard_file(const fs::path& file) {
+  const auto refuse = [&](const char* sentence, const char* hint) {
+    throw UserError(Fault::input, file.string(), sentence, hint);
+  };
+  std::error_code error;
+  const auto type = fs::status(file, error).type();
+  if (type == fs::file_type::not_found) refuse("there is no such file", "check the path");
+  if (type == fs::file_type::directory) refuse("this is a folder, not a file", "name a file in it");
+  if (type != fs::file_type::regular) refuse("this is not a regular file", "copy it into a file first");
+  if (fs::file_size(file) == 0) refuse("the file is empty", "write it anew");
+  if (!std::ifstream(file)) refuse("the file can't be read", "check its permissions");
+}
+
+PlyCounts guard_ply(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line, element, format;
+  std::map<std::string, std::uint64_t> counts, smallest_row;
+  bool ended = false;
+  for (int i = 0; i < 1000 && !ended && std::getline(in, line); ++i) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (i == 0 && line != "ply") refuse_ply(file, "this is not a PLY file: it does not begin with 'ply'");
+    std::istringstream words(line);
+    std::string word, type;
+    words >> word;
+    ended = word == "end_header";
+    if (word == "format") words >> format;
+    if (word == "element" && !(words >> element >> counts[element]))
+      refuse_ply(file, "its header has a broken line: '" + line.substr(0, 60) + "'");
+    if (word == "property" && words >> type) {
+      if (type == "list") words >> type;  // an empty list is its count alone
+      const int size = size_of_type(type);
+      if (size == 0) refuse_ply(file, "its header names an unknown type: '" + line.substr(0, 60) + "'");
+      smallest_row[element] += format == "ascii" ? 2 : static_cast<std::uint64_t>(size);
+    }
+  }
+  if (!ended) refuse_ply(file, "its header has no end");
+  const auto left =
+      fs::file_size(file) - static_cast<std::uint64_t>(in.tellg()) + 1;  // the last line may lack its end
+  double needed = 0;
+  for (const auto& [name, count] : counts)
+    needed += static_cast<double>(count) * static_cast<double>(smallest_row[name]);
+  if (needed > static_cast<double>(left)) refuse_ply(file, "the file is shorter than its header promises");
+  return {counts["vertex"], counts["face"]};
+}
+
+void guard_stl(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  char head[84] = {};
+  in.read(head, sizeof head);
+  const auto size = fs::file_size(file);
+  std::uint32_t triangles = 0;
+  std::memcpy(&triangles, head + 80, 4);
+  const bool whole = size >= 84 && size == 84 + 50ull * triangles;
+  if (whole) return;
+  std::ifstream text(file);
+  std::string word, rest;
+  text >> word;
+  std::ostringstream all;
+  all << text.rdbuf();
+  rest = all.str();
+  if (word != "solid" || rest.find("facet") == std::string::npos)
+    throw UserError(Fault::input, file.string(),
+                    "this is neither a text STL nor a binary one whose length fits its count of " +
+                        std::to_string(triangles) + " triangles",
+                    "the file is cut or broken; write it anew");
+  if (rest.find("endsolid") == std::string::npos)
+    throw UserError(Fault::input, file.string(), "this text STL has no 'endsolid': it is cut",
+                    "write it anew");
+}
+
+}  // namespace geocage::geometry

@@ -1,0 +1,26 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace geocage::geometry {
+
+/// Refuses what no reader should be given: missing, a folder, not a regular file, empty. UserError (input).
+void guard_file(const std::filesystem::path& file);
+
+/// What a PLY's header declares. Both counts are checked against the file's size: a header that promises
+/// more than the file can hold is a UserError (input).
+struct PlyCounts {
+  std::uint64_t vertices = 0, faces = 0;
+};
+PlyCounts guard_ply(const std::filesystem::path& file);
+
+/// A binary STL whose declared triangles are not what the file holds is a UserError (input).
+void guard_stl(const std::filesystem::path& file);
+
+/// File ending in lower case, with its dot.
+std::string ending_of(const std::filesystem::path& file);
+
+constexpr std::uint64_t most_faces = 10'000'000;
+
+}  // namespace geocage::geometry

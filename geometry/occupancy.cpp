@@ -1,0 +1,68 @@
+#include "geometry/occupancy.h"
+
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+#include <octomap/octomap.h>
+
+namespace geocage::geometry {
+
+namespace {
+
+octomap::point3d octo(const Vec3& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+
+}  // namespace
+
+Occupancy map_of_rays(const PointCloud& cloud, double resolution_m) {
+  Occupancy map{std::make_shared<octomap::OcTree>(resolution_m)};
+  if (cloud.sensor_origins.empty() || cloud.view.empty()) {
+    for (const Vec3& p : cloud.points) map.tree->updateNode(octo(p), true, true);
+  } else {
+    std::vector<octomap::Pointcloud> scans(cloud.sensor_origins.size());
+    for (std::size_t i = 0; i < cloud.size(); ++i) scans[cloud.view[i]].push_back(octo(cloud.points[i]));
+    for (std::size_t v = 0; v < scans.size(); ++v)
+      map.tree->insertPointCloud(scans[v], octo(cloud.sensor_origins[v]), -1, true, true);
+  }
+  map.tree->updateInnerOccupancy();
+  map.tree->toMaxLikelihood();  // what a .bt file keeps
+  map.tree->prune();
+  return map;
+}
+
+Space space_at(const Occupancy& map, const Vec3& p_O) {
+  const auto* node = map.tree->search(octo(p_O));
+  if (!node) return Space::unknown;
+  return map.tree->isNodeOccupied(node) ? Space::occupied : Space::free;
+}
+
+SpaceCounts count_cells(const Occupancy& map) {
+  SpaceCounts counts;
+  for (auto leaf = map.tree->begin_leafs(); leaf != map.tree->end_leafs(); ++leaf) {
+    const std::size_t cells = std::size_t{1} << (3 * (map.tree->getTreeDepth() - leaf.getDepth()));
+    (map.tree->isNodeOccupied(*leaf) ? counts.occupied : counts.free) += cells;
+  }
+  return counts;
+}
+
+std::string_view artefact_kind(const Occupancy*) {
+  return "occupancy";
+}
+
+void save_artefact(const Occupancy& map, const std::filesystem::path& dir) {
+  const auto file = dir / "occupancy.bt";
+  std::ofstream out(file, std::ios::binary);
+  if (!map.tree->writeBinaryConst(out) || !out.flush())
+    throw std::system_error(errno, std::generic_category(), file.string());
+}
+
+void load_artefact(Occupancy& map, const std::filesystem::path& dir) {
+  const auto file = dir / "occupancy.bt";
+  std::ifstream in(file, std::ios::binary);
+  map.tree = std::make_shared<octomap::OcTree>(0.1);
+  if (!in || !map.tree->readBinary(in)) throw std::system_error(EIO, std::generic_category(), file.string());
+}
+
+}  // namespace geocage::geometry

@@ -1,0 +1,29 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "geometry/cloud.h"
+
+namespace geocage::stages {
+
+/// A plane and the points on it.
+struct FoundPlane {
+  geometry::Plane plane;  ///< normal towards the sensor
+  std::vector<int> on;    ///< indices, ascending
+};
+
+/// The plane with the most points within `tolerance_m` (RANSAC with a fixed seed, then least squares); no
+/// points on it when there is none.
+FoundPlane find_plane(const geometry::PointCloud& cloud, double tolerance_m, std::uint64_t seed);
+
+struct ClusterRule {
+  double above_min_m, above_max_m, gap_m;
+  int points;
+};
+
+/// What stands on the plane: points between the heights whose foot lies inside the convex hull of the plane's
+/// points, in Euclidean clusters, the largest first. Indices ascending.
+std::vector<std::vector<int>> clusters_on(const geometry::PointCloud& cloud, const FoundPlane& table,
+                                          const ClusterRule& rule);
+
+}  // namespace geocage::stages

@@ -1,0 +1,18 @@
+#include "stages/occupancy/occupancy.h"
+
+namespace geocage::stages {
+
+void OccupancyParams::visit(pipeline::Fields& f) {
+  f("resolution_m", resolution_m, {0.0005, 0.5}, "side of the smallest cell");
+}
+
+geometry::Occupancy occupancy(const OccupancyParams& params, pipeline::Run& run,
+                              const geometry::PointCloud& cloud) {
+  auto map = geometry::map_of_rays(cloud, params.resolution_m);
+  const auto cells = geometry::count_cells(map);
+  run.metric("free_cells", static_cast<double>(cells.free));
+  run.metric("occupied_cells", static_cast<double>(cells.occupied));
+  return map;
+}
+
+}  // namespace geocage::stages
