@@ -21,9 +21,9 @@ geometry::TriangleMesh poisson_surface(const geometry::PointCloud& cloud, int de
   poisson.setSamplesPerNode(static_cast<float>(samples_per_node));
   poisson.setThreads(1);  // two cost more CPU and gain nothing
   poisson.setInputCloud(points);
-  pcl::PointCloud<pcl::PointXYZ> vertices;
+  pcl::PointCloud<pcl::PointNormal> vertices;
   std::vector<pcl::Vertices> polygons;
-  poisson.performReconstruction(vertices, polygons);
+  poisson.reconstruct(vertices, polygons);
 
   geometry::TriangleMesh mesh;
   for (const auto& p : vertices) mesh.vertices.emplace_back(p.x, p.y, p.z);
