@@ -27,6 +27,13 @@ std::vector<double> angle_defects_rad(const TriangleMesh& mesh) {
   return defects;
 }
 
+double median_share(const BallFields& ball, double surface_area_m2) {
+  std::vector<double> areas = ball.ball_area_m2;
+  const auto middle = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() / 2);
+  std::nth_element(areas.begin(), middle, areas.end());
+  return *middle / surface_area_m2;
+}
+
 namespace {
 
 /// What every ball of a mesh needs, computed once.

@@ -22,6 +22,10 @@ struct BallFields {
   std::vector<Vec3> center, axis;  ///< Z, and the unit principal axis A (zero where there is none)
 };
 
+/// Median over the vertices of the share of the surface's area that their balls hold: above a half, balls say
+/// the same everywhere and can't be ranked.
+double median_share(const BallFields& ball, double surface_area_m2);
+
 /// The balls of one mesh at each radius, in the order they were asked for.
 struct BallSet {
   std::vector<BallFields> radii;
