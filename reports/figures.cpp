@@ -51,11 +51,11 @@ Figure cloud_figure(const geometry::PointCloud& cloud, double object_m, const Dr
     const int view = cloud.view.empty() ? 0 : cloud.view[i];
     colours.push_back(oklch(0.72, 0.12, 230 + 360.0 * view / static_cast<double>(views)));
   }
-  // As large as the mean gap between n points on the surface of a ball of that diameter.
-  const double size_m =
+  // A bit less than the mean gap between so many points on a ball as large as the object.
+  const double gap_m =
       object_m * std::sqrt(std::numbers::pi / static_cast<double>(std::max<std::size_t>(1, cloud.size())));
   return draughtsman.draw(
-      "scan", {point_part(cloud.points, cloud.normals, size_m, colours)}, "What the sensor saw",
+      "scan", {point_part(cloud.points, cloud.normals, 0.8 * gap_m, colours)}, "What the sensor saw",
       fmt::format("{} points from {} view{}, a colour each.", cloud.size(), views, views == 1 ? "" : "s"));
 }
 

@@ -122,8 +122,7 @@ std::string missing(const PairResults& pair) {
                                                            {"the grasps", pair.grasps.has_value()},
                                                            {"the test", pair.evaluations.has_value()}};
   for (const auto& [name, there] : parts)
-    if (!there)
-      return element("p", fmt::format("It went no farther than before {}.", name), "class=\"soft\"");
+    if (!there) return element("p", fmt::format("It ended before {}.", name), "class=\"soft\"");
   return "";
 }
 

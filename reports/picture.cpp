@@ -40,7 +40,7 @@ Vec3 around_normal(const Vec3& n, const Eigen::Vector2d& u) {
 struct Hit {
   double distance = 0;
   int part = 0;
-  Vec3 p, normal, face_normal;
+  Vec3 p, normal;
   Colour colour;
 };
 
@@ -108,11 +108,10 @@ struct Studio::Tracer {
     hit.p = ray.origin + hit.distance * ray.direction;
     hit.colour = u * part.colours[a] + v * part.colours[b] + w * part.colours[c];
     const Vec3 &A = part.mesh.vertices[a], &B = part.mesh.vertices[b], &C = part.mesh.vertices[c];
-    hit.face_normal = (B - A).cross(C - A).normalized();
+    const Vec3 flat = (B - A).cross(C - A).normalized();
     hit.normal = (u * part.normals[a] + v * part.normals[b] + w * part.normals[c]).normalized();
-    if (hit.normal.dot(hit.face_normal) < 0.8) hit.normal = hit.face_normal;  // a crease stays sharp
-    for (Vec3* n : {&hit.normal, &hit.face_normal})
-      if (n->dot(ray.direction) > 0) *n = -*n;
+    if (hit.normal.dot(flat) < 0.8) hit.normal = flat;  // a crease stays sharp
+    if (hit.normal.dot(ray.direction) > 0) hit.normal = -hit.normal;
     return hit;
   }
 
@@ -150,7 +149,8 @@ struct Floor {
 struct Sample {
   enum class Kind { nothing, surface, floor } kind = Kind::nothing;
   Eigen::Vector3f p = Eigen::Vector3f::Zero(), normal = p, colour = p;
-  float lamp = 0, sky = 0;
+  bool lit = false;
+  float lamp = 0, sky = 0;  ///< shares that arrive; the lamp's has the cosine of its angle in it
 };
 
 /// Light that leaves for the camera, premultiplied by how much of the background it hides.
@@ -159,9 +159,9 @@ struct Light {
   double alpha = 0;
 };
 
-/// One picture under way: a grid of samples, traced, lit, smoothed and developed. Each sample of a tile asks
-/// another direction for light; the mean over its neighbours on the same surface has asked all of them, so
-/// that two rays a sample give smooth shades.
+/// One picture under way: a grid of samples, traced, lit, smoothed and developed. Every other sample of a
+/// tile asks one direction of lamp and sky, each another; the mean over a tile's worth of neighbours on the
+/// same surface has asked all of them, so that few rays give smooth shades without grain.
 template <class Tracer>
 class Exposure {
  public:
@@ -200,34 +200,33 @@ class Exposure {
 
   Sample sample(int x, int y) const {
     const Ray seen = ray(x, y);
+    Sample sample;
     if (const auto hit = tracer_.first_hit(seen)) {
-      const auto [lamp, sky] = light_at(hit->p, hit->normal, hit->face_normal, x, y);
-      return {Sample::Kind::surface,
-              hit->p.template cast<float>(),
-              hit->normal.template cast<float>(),
-              hit->colour.template cast<float>(),
-              lamp,
-              sky};
+      sample = {Sample::Kind::surface, hit->p.template cast<float>(), hit->normal.template cast<float>(),
+                hit->colour.template cast<float>()};
+    } else if (floor_) {
+      const double t = (floor_->height_m - seen.origin.dot(floor_->up)) / seen.direction.dot(floor_->up);
+      const Vec3 p = seen.origin + t * seen.direction;
+      if (!(t > 0) || (p - floor_->center).norm() > floor_->radius_m) return {};
+      sample = {Sample::Kind::floor, p.cast<float>(), floor_->up.cast<float>(), Eigen::Vector3f::Zero()};
     }
-    if (!floor_) return {};
-    const double t = (floor_->height_m - seen.origin.dot(floor_->up)) / seen.direction.dot(floor_->up);
-    const Vec3 p = seen.origin + t * seen.direction;
-    if (!(t > 0) || (p - floor_->center).norm() > floor_->radius_m) return {};
-    const auto [lamp, sky] = light_at(p, floor_->up, floor_->up, x, y);
-    return {
-        Sample::Kind::floor, p.cast<float>(), floor_->up.cast<float>(), Eigen::Vector3f::Zero(), lamp, sky};
+    if (sample.kind != Sample::Kind::nothing && (x + y) % 2 == 0) light_up(sample, x, y);
+    return sample;
   }
 
-  /// Shares of the lamp (with the cosine of its angle) and of the sky that arrive.
-  std::pair<float, float> light_at(const Vec3& p, const Vec3& n, const Vec3& face, int x, int y) const {
-    const int cell = ordered(x % tile, y % tile);
-    const bool roofed = tracer_.blocked(p, face, around_normal(n, spread(cell)), 0.35 * tracer_.reach);
-    const Eigen::Vector2d jitter = spread(cell) - Eigen::Vector2d::Constant(0.5);
+  /// Asks one direction of the lamp and one of the sky.
+  void light_up(Sample& sample, int x, int y) const {
+    const Vec3 p = sample.p.cast<double>(), n = sample.normal.cast<double>();
+    const Eigen::Vector2d u = spread(ordered(x % tile, y % tile)),
+                          jitter = u - Eigen::Vector2d::Constant(0.5);
     const Vec3 side = lamp_.unitOrthogonal();
     const Vec3 to_lamp = (lamp_ + 0.45 * (jitter.x() * side + jitter.y() * lamp_.cross(side))).normalized();
     const double facing = std::max(0.0, n.dot(to_lamp));
-    const bool dark = facing == 0 || tracer_.blocked(p, face, to_lamp, 4 * tracer_.reach);
-    return {static_cast<float>(dark ? 0 : facing), roofed ? 0.0f : 1.0f};
+    const bool dark = facing == 0 || tracer_.blocked(p, n, to_lamp, 4 * tracer_.reach);
+    const bool roofed = tracer_.blocked(p, n, around_normal(n, u), 0.35 * tracer_.reach);
+    sample.lit = true;
+    sample.lamp = dark ? 0 : static_cast<float>(facing);
+    sample.sky = roofed ? 0 : 1;
   }
 
   bool on_one_piece(const Sample& a, const Sample& b) const {
@@ -243,13 +242,17 @@ class Exposure {
     int count = 0;
     for (int v = std::max(0, y - tile / 2); v < std::min(height_, y + tile / 2); ++v)
       for (int u = std::max(0, x - tile / 2); u < std::min(width_, x + tile / 2); ++u)
-        if (const Sample& other = samples_[v * width_ + u]; on_one_piece(other, sample)) {
+        if (const Sample& other = samples_[v * width_ + u]; other.lit && on_one_piece(other, sample)) {
           lamp += other.lamp;
           sky += other.sky;
           ++count;
         }
-    sample.lamp = lamp / count;
-    sample.sky = sky / count;
+    if (count == 0) {  // a speck
+      light_up(sample, x, y);
+    } else {
+      sample.lamp = lamp / static_cast<float>(count);
+      sample.sky = sky / static_cast<float>(count);
+    }
     return sample;
   }
 

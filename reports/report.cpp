@@ -104,13 +104,13 @@ std::string meaning() {
 }
 
 std::string troubles(const ReportInput& input) {
-  std::vector<Row> rows = {{"slot", "state", "why"}};
-  for (const SlotInput& slot : input.slots)
-    if (slot.state == "failed") rows.push_back({escaped(slot.slot), "failed", escaped(slot.sentence)});
+  std::vector<Row> rows = {{"what", "state", "why"}};
   for (const PairInput& pair : input.pairs)
-    if (pair.outcome == "skipped" || pair.outcome == "rejected")
+    if (pair.outcome != "done")
       rows.push_back(
           {escaped(pair.object + " with " + pair.hand), escaped(pair.outcome), escaped(pair.sentence)});
+  for (const SlotInput& slot : input.slots)
+    if (slot.state == "failed") rows.push_back({escaped(slot.slot), "failed", escaped(slot.sentence)});
   return rows.size() == 1 ? "" : section("Failed, rejected and skipped", table(rows, "class=\"text\""));
 }
 

@@ -44,8 +44,11 @@ TEST(Picture, BallFillsACircle) {
 
 TEST(Picture, ShowsItsColoursAndNothingElse) {
   const Image image = Studio(one(painted(datasets::icosphere(0.05, 3), {1, 0.1, 0.1}))).picture({}, small);
-  for (std::size_t i = 0; i < image.rgba.size(); i += 4)
-    if (image.rgba[i + 3] == 255) EXPECT_GT(image.rgba[i], image.rgba[i + 1]);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    if (image.rgba[i + 3] == 255) {
+      EXPECT_GT(image.rgba[i], image.rgba[i + 1]);
+    }
+  }
   EXPECT_EQ(image.rgba[3], 0) << "a corner is background";
 }
 
