@@ -93,7 +93,8 @@ TEST(Place, WrapsACylinderInThePlaneAcrossItsAxis) {
         << "the palm faces the surface";
     EXPECT_NEAR(std::abs((grasp.X_OH.linear() * Vec3::UnitY()).z()), 1, 1e-9) << "it closes across the axis";
     EXPECT_EQ(grasp.scores.at("fingers"), 3);
-    EXPECT_NEAR(grasp.scores.at("blocked_share"), 40 / 42.0, 1e-9) << "all ways out but the two along the axis";
+    EXPECT_NEAR(grasp.scores.at("blocked_share"), 40 / 42.0, 1e-9)
+        << "all ways out but the two along the axis";
     double base = 1, fingers = 1;
     const auto placed = scene.capsules(grasp, grasp.joints_rad);
     for (std::size_t i = 0; i < placed.size(); ++i) {
