@@ -22,7 +22,7 @@ struct PlaceParams {
   double max_com_offset_m = 0.03;
   int min_fingers = 3;
   double max_penetration_m = 0.001;
-  double min_blocked_share = 1;
+  double min_blocked_share = 0.9;
   int max_per_candidate = 1;
   int max_grasps = 8;
   void visit(pipeline::Fields& fields);
