@@ -70,7 +70,9 @@ std::string overview(const std::vector<PairResults>& pairs) {
       tested += static_cast<int>(test.grasps.size());
       row.push_back(fmt::format("{} of {}", test.held(), test.grasps.size()));
       row.push_back(interval_bar(rate) + percent(rate.low) + " – " + percent(rate.high));
-      row.push_back(test.null_held == 0 ? "lost all, as it must" : "<b>held: not valid</b>");
+      row.push_back(test.null_trials == 0 ? "none"
+                    : test.null_held == 0 ? "lost all, as it must"
+                                          : "<b>held: not valid</b>");
     } else {
       row.insert(row.end(), {"–", "–", "–"});
     }
