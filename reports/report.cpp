@@ -220,7 +220,7 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
     figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
   }
-  const fs::path index = folder / "index.html";
+  fs::path index = folder / "index.html";
   write_by_rename(index, page(input, pairs, figures));
   return index;
 }
