@@ -10,7 +10,7 @@ namespace geocage::hands {
 namespace {
 
 constexpr double depth_m = 0.0005;  // what counts as running into the object; more than closing leaves
-constexpr double smallest_step_m = 0.001,
+constexpr double smallest_step_m = 0.001, cheap_step_m = 0.004,
                  largest_step_m = 0.02;  // the field is too large beyond its free border
 
 }  // namespace
@@ -56,9 +56,9 @@ std::optional<double> free_travel_m(const geometry::SignedDistanceField& field,
   std::optional<double> first;
   for (const PlacedCapsule& start : capsules_O) {
     for (double moved = 0;;) {
-      const Vec3 offset = moved * way_O;
-      const double free_m =
-          capsule_distance(field, {start.a + offset, start.b + offset, start.radius_m}).distance_m + depth_m;
+      const PlacedCapsule capsule{start.a + moved * way_O, start.b + moved * way_O, start.radius_m};
+      double free_m = depth_m + capsule_distance_bound_m(field, capsule);
+      if (free_m < cheap_step_m) free_m = depth_m + capsule_distance(field, capsule).distance_m;
       if (free_m < 0) first = travel_m = moved;
       if (moved >= travel_m) break;
       moved = std::min(travel_m, moved + std::clamp(free_m, smallest_step_m, largest_step_m));

@@ -120,10 +120,8 @@ class JointCloser {
     for (int other : others_)
       if (hand_.capsules[other].link != joints_[k]->parent_link)  // neighbours share the joint
         free_m = std::min(free_m, capsule_gap_m(capsule, capsules[other]));
-    const double reach_m = 0.5 * (capsule.b - capsule.a).norm() + capsule.radius_m;
-    const double at_least_m = field_.value(0.5 * (capsule.a + capsule.b)) - reach_m;
-    return std::min(free_m,
-                    at_least_m > enough_m ? at_least_m : capsule_distance(field_, capsule).distance_m);
+    const double bound_m = capsule_distance_bound_m(field_, capsule);
+    return std::min(free_m, bound_m > enough_m ? bound_m : capsule_distance(field_, capsule).distance_m);
   }
 
   const Hand& hand_;
@@ -192,6 +190,11 @@ CapsuleDistance capsule_distance(const geometry::SignedDistanceField& field, con
   field.value(nearest.p_O, gradient);
   if (gradient.norm() > 1e-9) nearest.n_O = gradient.normalized();
   return nearest;
+}
+
+double capsule_distance_bound_m(const geometry::SignedDistanceField& field, const PlacedCapsule& capsule_O) {
+  const Vec3 middle = 0.5 * (capsule_O.a + capsule_O.b);
+  return field.value(middle) - 0.5 * (capsule_O.b - capsule_O.a).norm() - capsule_O.radius_m;
 }
 
 // Closest points of two segments: Ericson, Real-Time Collision Detection (2005), 5.1.9.

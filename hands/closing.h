@@ -16,6 +16,9 @@ struct CapsuleDistance {
 CapsuleDistance capsule_distance(const geometry::SignedDistanceField& field, const PlacedCapsule& capsule_O,
                                  double step_m = 0.004);
 
+/// A lower bound of that distance from one look at the field, at the capsule's middle.
+double capsule_distance_bound_m(const geometry::SignedDistanceField& field, const PlacedCapsule& capsule_O);
+
 /// Distance between the surfaces of two capsules, negative when they overlap. Exact.
 double capsule_gap_m(const PlacedCapsule& a, const PlacedCapsule& b);
 

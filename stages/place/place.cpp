@@ -20,6 +20,7 @@ void PlaceParams::visit(pipeline::Fields& fields) {
   fields("open_clearance_m", open_clearance_m, {0, 0.1}, "free space around the open hand");
   fields("support_clearance_m", support_clearance_m, {-0.1, 0.1},
          "free space between hand and support, all the while");
+  fields("max_lift_m", max_lift_m, {0, 1}, "how far a hand that comes too near the support is lifted off it");
   fields("max_com_offset_m", max_com_offset_m, {0, 10},
          "largest distance of the centre of mass from the approach line");
   fields("min_fingers", min_fingers, {1, 16}, "fingers that must touch, at most all of the hand");

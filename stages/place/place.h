@@ -18,6 +18,7 @@ struct PlaceParams {
   double opening_step_rad = 0.1;
   double open_clearance_m = 0.002;
   double support_clearance_m = 0.005;
+  double max_lift_m = 0.05;
   double max_com_offset_m = 0.03;
   int min_fingers = 3;
   double max_penetration_m = 0.001;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "hands/caging.h"
@@ -16,6 +17,10 @@ using hands::PlacedCapsule;
 namespace {
 
 constexpr double margin_weight = 0.3;  // of the closure margin beside the blocked share (README)
+constexpr int most_lifts = 4;          // closing changes with the height, so one lift may call for another
+constexpr double lift_slack_m = 0.001;
+constexpr double palm_dent_m =
+    0.01;  // how far a tip may reach between the palm's capsules before it touches one
 
 /// Columns x, y, z of the right-handed frame with z = `approach` and y = `flexion`, both unit and
 /// perpendicular.
@@ -25,7 +30,8 @@ Eigen::Matrix3d hand_frame(const Vec3& approach, const Vec3& flexion) {
   return frame;
 }
 
-/// Posture number k of n + 1 on the way from open to closed, proximal joints first.
+/// Posture on the way from open to closed where the joints of `rank` have gone `share` of theirs; lower ranks
+/// first.
 Eigen::VectorXd on_the_way(const hands::Hand& hand, const Eigen::VectorXd& open,
                            const Eigen::VectorXd& closed, std::size_t rank, double share) {
   Eigen::VectorXd q = open;
@@ -92,7 +98,7 @@ std::optional<Pose> PoseSearch::first_contact(const topology::Candidate& candida
   const auto all = capsules(X_OH, hand_.open_rad);
   std::vector<PlacedCapsule> base;
   for (int i : base_) base.push_back(all[i]);
-  const auto travel_m = hands::free_travel_m(field_, base, approach_O, far_m_);
+  const auto travel_m = hands::free_travel_m(field_, base, approach_O, far_m_ + palm_dent_m);
   if (!travel_m) return std::nullopt;
   X_OH.translation() += *travel_m * approach_O;
   return X_OH;
@@ -122,47 +128,64 @@ std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, doubl
   }
 }
 
-bool PoseSearch::keeps_off_support(const Pose& X_OH, const Eigen::VectorXd& open,
-                                   const Eigen::VectorXd& closed) const {
-  if (!support_) return true;
+/// Lowest point of the hand over the support while it closes; infinite without support.
+double PoseSearch::lowest_m(const Pose& X_OH, const Eigen::VectorXd& open,
+                            const Eigen::VectorXd& closed) const {
   constexpr int samples = 8;
+  double lowest = std::numeric_limits<double>::infinity();
+  if (!support_) return lowest;
   std::size_t ranks = 0;
   for (const hands::Finger& finger : hand_.fingers) ranks = std::max(ranks, finger.dofs.size());
-  const auto above = [&](const PlacedCapsule& capsule) {
-    const double low_m =
-        std::min(support_->height_m(capsule.a), support_->height_m(capsule.b)) - capsule.radius_m;
-    return low_m >= params_.support_clearance_m;
-  };
   for (std::size_t rank = 0; rank < ranks; ++rank)
-    for (int k = 0; k <= samples; ++k) {
-      const auto placed = capsules(X_OH, on_the_way(hand_, open, closed, rank, k / double{samples}));
-      if (!std::all_of(placed.begin(), placed.end(), above)) return false;
-    }
-  return true;
+    for (int k = 0; k <= samples; ++k)
+      for (const PlacedCapsule& capsule :
+           capsules(X_OH, on_the_way(hand_, open, closed, rank, k / double{samples})))
+        lowest = std::min({lowest, support_->height_m(capsule.a) - capsule.radius_m,
+                           support_->height_m(capsule.b) - capsule.radius_m});
+  return lowest;
 }
 
-std::string PoseSearch::try_pose(const Pose& X_OH, double spread_rad, hands::Grasp& grasp) const {
-  const auto open = free_preshape(X_OH, spread_rad);
-  if (!open) return "open hand collides";
-  if (!keeps_off_support(X_OH, *open, *open)) return "too near the support";
-  const hands::ClosedHand closed = hands::close_hand(hand_, field_, X_OH, *open, {});
+/// Opens and closes the hand at X_OH, lifting it off the support where it comes too near.
+std::string PoseSearch::close_above_support(Pose& X_OH, double spread_rad, Closing& closing) const {
+  for (int attempt = 0; attempt < most_lifts; ++attempt) {
+    const auto open = free_preshape(X_OH, spread_rad);
+    if (!open) return "open hand collides";
+    closing.open = *open;
+    double missing_m = params_.support_clearance_m - lowest_m(X_OH, *open, *open);
+    if (missing_m <= 0) {
+      closing.hand = hands::close_hand(hand_, field_, X_OH, *open, {});
+      missing_m = params_.support_clearance_m - lowest_m(X_OH, *open, closing.hand.q);
+    }
+    if (missing_m <= 0) return {};
+    closing.lift_m += missing_m + lift_slack_m;
+    if (closing.lift_m > params_.max_lift_m) break;
+    X_OH.translation() += (missing_m + lift_slack_m) * support_->normal;
+  }
+  return "too near the support";
+}
+
+std::string PoseSearch::try_pose(Pose X_OH, double spread_rad, hands::Grasp& grasp) const {
+  Closing closing;
+  const std::string rule = close_above_support(X_OH, spread_rad, closing);
+  if (!rule.empty()) return rule;
+  const hands::ClosedHand& closed = closing.hand;
   const int needed = std::min(params_.min_fingers, static_cast<int>(hand_.fingers.size()));
   if (closed.fingers_touching < needed) return "too few fingers touch";
   if (closed.penetration_m > params_.max_penetration_m) return "penetrates";
-  if (!keeps_off_support(X_OH, *open, closed.q)) return "too near the support";
   const double blocked = hands::blocked_share(field_, capsules(X_OH, closed.q));
   if (blocked < params_.min_blocked_share) return "leaves a way out";
   const double margin = hands::closure_margin(closed.contacts);
   grasp.hand = hand_.name;
   grasp.X_OH = hands::file_pose(X_OH);
   grasp.joints_rad = hands::joint_map(hand_.tree, closed.q);
-  grasp.pregrasp_joints_rad = hands::joint_map(hand_.tree, *open);
+  grasp.pregrasp_joints_rad = hands::joint_map(hand_.tree, closing.open);
   grasp.scores = {{"rank", blocked + margin_weight * margin},
                   {"blocked_share", blocked},
                   {"closure_margin", margin},
                   {"fingers", closed.fingers_touching},
                   {"contacts", static_cast<double>(closed.contacts.size())},
-                  {"penetration_m", closed.penetration_m}};
+                  {"penetration_m", closed.penetration_m},
+                  {"lift_m", closing.lift_m}};
   return {};
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "hands/closing.h"
 #include "stages/place/place.h"
 
 namespace geocage::stages {
@@ -31,14 +32,21 @@ class PoseSearch {
     double com_offset_m;  ///< of the centre of mass from the line through the candidate along the approach
   };
 
+  struct Closing {
+    Eigen::VectorXd open;
+    hands::ClosedHand hand;
+    double lift_m = 0;
+  };
+
   std::optional<Way> way(const topology::Candidate& candidate, const std::string& approach) const;
   std::optional<geometry::Pose> first_contact(const topology::Candidate& candidate,
                                               const geometry::Vec3& approach_O, double roll_rad) const;
   std::optional<Eigen::VectorXd> free_preshape(const geometry::Pose& X_OH, double spread_rad) const;
-  bool keeps_off_support(const geometry::Pose& X_OH, const Eigen::VectorXd& open,
-                         const Eigen::VectorXd& closed) const;
+  double lowest_m(const geometry::Pose& X_OH, const Eigen::VectorXd& open,
+                  const Eigen::VectorXd& closed) const;
+  std::string close_above_support(geometry::Pose& X_OH, double spread_rad, Closing& closing) const;
   /// The rule that turns the pose down, or empty and the grasp in `grasp`.
-  std::string try_pose(const geometry::Pose& X_OH, double spread_rad, hands::Grasp& grasp) const;
+  std::string try_pose(geometry::Pose X_OH, double spread_rad, hands::Grasp& grasp) const;
   std::vector<hands::PlacedCapsule> capsules(const geometry::Pose& X_OH, const Eigen::VectorXd& q) const;
 
   const PlaceParams& params_;

@@ -182,6 +182,24 @@ TEST(Evaluate, names_the_mistake) {
   EXPECT_NE(bad_protocol.hint().find("geocage-force"), std::string::npos);
 }
 
+TEST(Evaluate, refuses_a_field_that_ends_before_the_hand_does) {
+  const auto narrow =
+      filled(Vec3::Constant(0.04), 0.002, [](const Vec3& p) { return p.norm() - sphere_radius_m; });
+  pipeline::Run run;
+  EXPECT_THROW(evaluate({}, run, {{closed_grasp()}, {}}, {}, sphere_mesh(), narrow, sdh()),
+               pipeline::UserError);
+}
+
+// The binding stops compiling when the struct grows, and then `visit` must grow, too: a forgotten field is a
+// stale cache.
+TEST(Evaluate, names_each_parameter) {
+  EvaluateParams params;
+  auto& [protocol, friction, object_geometry, null_grasps, seed] = params;
+  EXPECT_EQ(pipeline::fields_of(params).list().size(), 5u);
+  protocol = "geocage-farce";
+  EXPECT_EQ(pipeline::value_text(pipeline::fields_of(params).list()[0]), "\"geocage-farce\"");
+}
+
 // Bullet's links stand where the tree's own kinematics puts them, mimic joints included.
 TEST(HandBody, stands_where_forward_kinematics_says) {
   Pose X_WH = Pose::Identity();
