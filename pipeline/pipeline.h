@@ -143,7 +143,7 @@ Target<Out> Pipeline::add(const std::string& slot, const Stage<Out, Params, In..
   node.version = stage.version;
   node.kind = artefact_kind(static_cast<const Out*>(nullptr));
   node.parameters = parameter_lines(fields_of(params));
-  node.inputs = {inputs.node...};
+  (node.inputs.push_back(inputs.node), ...);
   node.make = [this, stage, params, inputs...](Run& run, const std::filesystem::path& folder) {
     save_artefact(stage.make(params, run, *value_of<In>(store_, *inputs.node)...), folder);
   };

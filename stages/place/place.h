@@ -11,6 +11,7 @@
 namespace geocage::stages {
 
 struct PlaceParams {
+  std::string object;
   std::vector<std::string> approaches = {"normal", "center"};
   std::vector<double> gaps_m = {0.02, 0.035};
   int rolls_winding = 2, rolls_curvature = 4;
