@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/muted_stdout.h"
 #include "cli/run_report.h"
 
 namespace geocage::cli {
@@ -72,6 +73,7 @@ int run(const Shared& shared, const RunOptions& options) {
   opened.store.sweep_scratch();
   RunSummary summary;
   {
+    const MutedStdout muted;
     Console console(shared.quiet);
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
