@@ -100,7 +100,7 @@ TEST(Balls, DijkstraBallsLieBetweenCaps) {
     const auto cap = [](double angle) { return 2 * M_PI * (1 - std::cos(angle)); };
     for (double s : ball.curvature_sum_rad) {
       EXPECT_LT(s, cap(r) + 0.1);  // one ring of vertices, 2 pi sin(r) x half an edge
-      EXPECT_GT(s, cap(r / 1.16));
+      EXPECT_GT(s, cap(r / 1.24));
     }
   }
 }
