@@ -21,6 +21,8 @@ void ScoreParams::visit(pipeline::Fields& f) {
   f("radius_m", radius_m, {0, 10}, "radius of the balls that are ranked; 0 is the hand's own");
   f("heuristics", heuristics, {"winding", "curvature", "random"}, "what candidates are chosen by");
   f("max_candidates", max_candidates, {1, 10000}, "candidates of each heuristic");
+  f("min_candidates", min_candidates, {0, 10000},
+    "where the centre of mass leaves fewer, vertices of the smallest offset fill up");
   f("spacing_m", spacing_m, {0, 1},
     "candidates of a heuristic are farther apart than this along the surface");
   f("com_offset_m", com_offset_m, {0, 10},
@@ -114,17 +116,46 @@ void mark_around(const TriangleMesh& mesh, const geometry::CompressedRows& neigh
   }
 }
 
-/// Vertices with a score whose line passes near the centre of mass, best first; equal scores (rings are all 2
-/// pi) by offset.
-std::vector<int> ranking(const std::vector<double>& scores, const std::vector<double>& offsets,
-                         double most_offset) {
+/// Vertices that have a score. First those whose line passes near the centre of mass, best first; equal
+/// scores (rings are all 2 pi) by offset. Behind them the others, smallest offset first.
+struct Ranking {
   std::vector<int> order;
+  std::ptrdiff_t near;  ///< how many of them pass near
+};
+
+Ranking ranking(const std::vector<double>& scores, const std::vector<double>& offsets, double most_offset) {
+  Ranking all;
+  auto& order = all.order;
   for (int v = 0; v < static_cast<int>(scores.size()); ++v)
-    if (std::isfinite(scores[v]) && offsets[v] <= most_offset) order.push_back(v);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return scores[a] != scores[b] ? scores[a] > scores[b] : offsets[a] < offsets[b];
-  });
-  return order;
+    if (std::isfinite(scores[v])) order.push_back(v);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return offsets[a] < offsets[b]; });
+  const auto far = std::find_if(order.begin(), order.end(), [&](int v) { return offsets[v] > most_offset; });
+  std::stable_sort(order.begin(), far, [&](int a, int b) { return scores[a] > scores[b]; });
+  all.near = far - order.begin();
+  return all;
+}
+
+/// Goes down the ranking and takes what is not within `spacing_m` of what was taken before.
+struct Choice {
+  std::vector<int> vertices;
+  int far = 0;  ///< how many of them are taken in spite of their offset
+};
+
+Choice choose(const ScoreParams& params, const TriangleMesh& mesh, const geometry::CompressedRows& neighbours,
+              const Ranking& ranked) {
+  Choice choice;
+  std::vector<char> covered(mesh.vertices.size(), 0);
+  for (std::ptrdiff_t i = 0; i < std::ssize(ranked.order); ++i) {
+    const bool far = i >= ranked.near;
+    const int v = ranked.order[i];
+    const int most = far ? std::min(params.min_candidates, params.max_candidates) : params.max_candidates;
+    if (std::ssize(choice.vertices) >= most) break;
+    if (covered[v]) continue;
+    mark_around(mesh, neighbours, v, params.spacing_m, covered);
+    choice.vertices.push_back(v);
+    choice.far += far;
+  }
+  return choice;
 }
 
 }  // namespace
@@ -145,19 +176,15 @@ topology::Scores score(const ScoreParams& params, pipeline::Run& run, const Tria
         normalised(heuristic == "winding"     ? ball.winding_angle_rad
                    : heuristic == "curvature" ? ball.curvature_sum_rad
                                               : random_values(mesh.vertices.size(), params.seed));
-    const auto order = ranking(values, offsets, params.com_offset_m);
-    run.metric(heuristic + "_eligible", static_cast<double>(order.size()));
-    std::vector<char> near(mesh.vertices.size(), 0);
-    int taken = 0;
-    for (int v : order) {
-      if (near[v] || taken == params.max_candidates) continue;
-      ++taken;
-      mark_around(mesh, neighbours, v, params.spacing_m, near);
+    const auto ranked = ranking(values, offsets, params.com_offset_m);
+    const auto chosen = choose(params, mesh, neighbours, ranked);
+    for (int v : chosen.vertices)
       scores.candidates.push_back({v, heuristic, values[v], ball.radius_m, ball.winding_angle_rad[v],
                                    ball.curvature_sum_rad[v], ball.euler[v], mesh.vertices[v], normals[v],
                                    ball.center[v], ball.axis[v]});
-    }
-    run.metric(heuristic + "_candidates", taken);
+    run.metric(heuristic + "_eligible", static_cast<double>(ranked.near));
+    run.metric(heuristic + "_candidates", static_cast<double>(chosen.vertices.size()));
+    run.metric(heuristic + "_far_candidates", chosen.far);
   }
   return scores;
 }

@@ -8,6 +8,7 @@ struct ScoreParams {
   double radius_m = 0;
   std::vector<std::string> heuristics = {"winding", "curvature"};
   int max_candidates = 12;
+  int min_candidates = 3;
   double spacing_m = 0.015;
   double com_offset_m = 0.02;
   double most_share = 0.5;
@@ -21,6 +22,6 @@ struct ScoreParams {
 topology::Scores score(const ScoreParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh,
                        const topology::BallSet& balls);
 
-inline constexpr pipeline::Stage score_stage{"score", 1, &score};
+inline constexpr pipeline::Stage score_stage{"score", 2, &score};
 
 }  // namespace geocage::stages
