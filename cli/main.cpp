@@ -64,7 +64,9 @@ class Program {
     sub->add_option("--store", shared_.store, "folder of the store (default: $GEOCAGE_STORE or ./store)");
     sub->add_flag("--json", shared_.json, "one JSON document on stdout and nothing else");
     sub->add_flag("--quiet", shared_.quiet, "no progress");
-    sub->callback([this, work] { chosen_ = work; });
+    sub->callback([this, sub, work] {
+      if (sub->get_subcommands().empty()) chosen_ = work;  // `datasets get` is not `datasets`
+    });
     return sub;
   }
 

@@ -134,6 +134,8 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   params.object_geometry = "given";
   const auto hand = hands::load_hand(options.hand);
   const auto grasps = hands::read_grasps(options.grasp);
+  for (const auto& grasp : grasps.grasps)
+    hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   const auto mesh = closed_mesh(options.mesh, options.unit);
   pipeline::Run run;
   const auto field = stages::field(stages::FieldParams{}, run, mesh);

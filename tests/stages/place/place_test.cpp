@@ -75,13 +75,6 @@ int sum(const std::map<std::string, int>& counts) {
   return total;
 }
 
-TEST(PlaceParams, VisitNamesEveryMember) {
-  PlaceParams params;
-  // Does not compile when a member is added or taken away without this line.
-  [[maybe_unused]] auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = params;
-  EXPECT_EQ(pipeline::fields_of(params).list().size(), 15u);
-}
-
 TEST(Place, WrapsACylinderInThePlaneAcrossItsAxis) {
   Scene scene;
   const auto set = scene.place({.max_per_candidate = 100, .max_grasps = 100});
