@@ -1,0 +1,132 @@
+#include "stages/approach/approach.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "datasets/shapes.h"
+#include "hands/closing.h"
+
+namespace geocage::stages {
+namespace {
+
+using geometry::Pose;
+using geometry::Vec3;
+
+/// The SDH closed over a ball of 35 mm, its palm 25 mm away, from `side`.
+class ApproachTest : public testing::Test {
+ protected:
+  hands::GraspSet grasp_from(const Vec3& side) const {
+    Pose X_OH = Pose::Identity();
+    X_OH.linear() = geometry::frame_from_z(-side);
+    X_OH.translation() = (0.035 + 0.025) * side - X_OH.linear() * hand_.palm_H;
+    const auto closed = hands::close_hand(hand_, field_, X_OH, hand_.open_rad, {});
+    EXPECT_EQ(closed.outcome, hands::Closure::closed);
+    hands::Grasp grasp;
+    grasp.X_OH = hands::file_pose(X_OH);
+    grasp.joints_rad = hands::joint_map(hand_.tree, closed.q);
+    grasp.pregrasp_joints_rad = hands::joint_map(hand_.tree, hand_.open_rad);
+    return {{grasp}, {}};
+  }
+  motion::Trajectory plan(const hands::GraspSet& grasps, const geometry::PointCloud& cloud = {}) const {
+    pipeline::Run run;
+    return approach({}, run, grasps, field_, cloud, hand_).trajectories.at(0);
+  }
+  std::vector<hands::PlacedCapsule> capsules(const motion::Trajectory& t, std::size_t i) const {
+    std::vector<Pose> X_HL;
+    std::vector<hands::PlacedCapsule> placed;
+    hands::forward_kinematics(hand_.tree,
+                              Eigen::Map<const Eigen::VectorXd>(t.q_rad[i].data(), hand_.tree.dofs()), X_HL);
+    hands::place_capsules(hand_, t.X_OH[i], X_HL, placed);
+    return placed;
+  }
+
+  const hands::Hand hand_ = hands::load_hand("schunk_sdh");
+  const geometry::SignedDistanceField field_ =
+      geometry::build_distance_field(datasets::icosphere(0.035, 4), {40, 0.04, 2});
+};
+
+TEST_F(ApproachTest, StartsOpenAndFarAndEndsAtTheGrasp) {
+  const auto grasps = grasp_from(Vec3(0.2, 0.1, 1).normalized());
+  const auto& grasp = grasps.grasps[0];
+  const auto t = plan(grasps);
+  ASSERT_EQ(t.outcome, "planned");
+  EXPECT_EQ(t.joints, hand_.tree.dof_names);
+  EXPECT_GT((t.X_OH.front().translation() - grasp.X_OH.translation()).norm(), 0.299);
+  EXPECT_EQ(t.X_OH.back().matrix(), grasp.X_OH.matrix());
+  for (std::size_t i = 0; i < t.joints.size(); ++i) {
+    EXPECT_EQ(t.q_rad.back()[i], grasp.joints_rad.at(t.joints[i]));
+    EXPECT_EQ(t.q_rad.front()[i], grasp.pregrasp_joints_rad.at(t.joints[i]));
+  }
+  EXPECT_FALSE(t.certified);
+}
+
+// The ball is known in closed form: distance of a capsule to it is that of its segment to the origin.
+TEST_F(ApproachTest, KeepsItsClearanceUntilItCloses) {
+  const auto t = plan(grasp_from(Vec3::UnitZ()));
+  ASSERT_EQ(t.outcome, "planned");
+  double least = 1;
+  for (std::size_t i = 0; i <= 50; ++i)
+    for (const auto& c : capsules(t, i)) {
+      const Vec3 along = c.b - c.a;
+      const double s = std::clamp(-c.a.dot(along) / std::max(along.squaredNorm(), 1e-12), 0.0, 1.0);
+      least = std::min(least, (c.a + s * along).norm() - 0.035 - c.radius_m);
+    }
+  EXPECT_GT(least, 0);
+  // The report is the least of denser samples, in a field that errs by h^2 / (2 r) = 0.1 mm here.
+  EXPECT_NEAR(t.min_clearance_m, least, 5e-4);
+}
+
+TEST_F(ApproachTest, KeepsSpeedAccelerationAndLimits) {
+  const ApproachParams p;
+  const auto t = plan(grasp_from(Vec3(1, -1, 1).normalized()));
+  ASSERT_EQ(t.outcome, "planned");
+  for (std::size_t i = 0; i + 1 < t.q_rad.size(); ++i) {
+    EXPECT_LE((t.X_OH[i + 1].translation() - t.X_OH[i].translation()).norm() / t.dt_s,
+              p.base_speed_m_s * (1 + 1e-9));
+    for (int k = 0; k < hand_.tree.dofs(); ++k) {
+      const double v = (t.q_rad[i + 1][k] - t.q_rad[i][k]) / t.dt_s;
+      const double before = i > 0 ? (t.q_rad[i][k] - t.q_rad[i - 1][k]) / t.dt_s : 0;
+      EXPECT_LE(std::abs(v), hand_.tree.velocity_limit_rad_s[k] * (1 + 1e-9));
+      EXPECT_LE(std::abs(v - before) / t.dt_s, p.joint_acceleration_rad_s2 * (1 + 1e-9));
+      EXPECT_LE(t.q_rad[i][k], hand_.tree.upper_rad[k] + 1e-6);
+      EXPECT_GE(t.q_rad[i][k], hand_.tree.lower_rad[k] - 1e-6);
+    }
+  }
+}
+
+TEST_F(ApproachTest, StaysAboveTheSupport) {
+  geometry::PointCloud cloud;
+  cloud.support = geometry::Plane{Vec3::UnitZ(), -0.15};
+  const auto t = plan(grasp_from(Vec3(1, 0, 0.6).normalized()), cloud);
+  ASSERT_EQ(t.outcome, "planned") << t.outcome;
+  for (std::size_t i = 0; i <= 50; ++i)
+    for (const auto& c : capsules(t, i)) EXPECT_GE(std::min(c.a.z(), c.b.z()) - c.radius_m, -0.15 - 5e-4);
+}
+
+TEST_F(ApproachTest, ABlockedGraspHasNoPathAndSaysHowDeep) {
+  auto grasps = grasp_from(Vec3::UnitZ());
+  geometry::PointCloud cloud;
+  cloud.support = geometry::Plane{Vec3::UnitZ(), 0.05};  // the grasp itself is below the table
+  const auto t = plan(grasps, cloud);
+  EXPECT_TRUE(t.outcome.starts_with("no path: ")) << t.outcome;
+  EXPECT_NE(t.outcome.find("mm deep"), std::string::npos);
+  EXPECT_TRUE(t.X_OH.empty());
+}
+
+TEST_F(ApproachTest, SameForAnyThreadCount) {
+  hands::GraspSet grasps;
+  for (const Vec3& side : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, -1, 0)})
+    grasps.grasps.push_back(grasp_from(side).grasps[0]);
+  std::vector<std::vector<std::vector<double>>> answers[2];
+  for (int threads : {1, 3}) {
+    omp_set_num_threads(threads);
+    pipeline::Run run;
+    for (const auto& t : approach({}, run, grasps, field_, {}, hand_).trajectories)
+      answers[threads > 1].push_back(t.q_rad);
+    EXPECT_EQ(run.metrics().at("no_path"), 0);
+  }
+  EXPECT_EQ(answers[0], answers[1]);
+}
+
+}  // namespace
+}  // namespace geocage::stages
