@@ -129,8 +129,10 @@ void close_behind(const PointCloud& seen, double step_m, Adder& adder) {
 PointCloud closed_where_unseen(const PointCloud& cloud, double step_m) {
   PointCloud closed = cloud;
   Adder adder(closed, step_m);
-  if (cloud.support) close_below(cloud, *cloud.support, step_m, adder);
-  if (cloud.sensor_origins.size() == 1) close_behind(cloud, step_m, adder);
+  if (cloud.sensor_origins.size() == 1)
+    close_behind(cloud, step_m, adder);
+  else if (cloud.support)
+    close_below(cloud, *cloud.support, step_m, adder);
   return closed;
 }
 
