@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <set>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -22,7 +24,7 @@ namespace {
 
 /// A flow file taken apart, before objects are looked up.
 struct Script {
-  std::string name, where;
+  std::string name, where, text;
   std::vector<std::string> objects, hands;
   std::vector<Setting> stage_settings;
   std::vector<std::pair<std::string, Setting>>
@@ -55,7 +57,11 @@ Script read_script(const FlowRequest& request, std::vector<std::string>& mistake
   const fs::path file = request.file.value_or(built_in_flow());
   script.name = file.stem();
   script.where = file.string();
-  for (Setting& setting : pipeline::read_settings(file)) {
+  const auto settings = pipeline::read_settings(file);
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  script.text = text.str();
+  for (Setting setting : settings) {
     if (setting.stage.empty()) {
       read_top_level(setting, script, mistakes);
     } else if (setting.stage.starts_with("object.")) {
@@ -67,7 +73,7 @@ Script read_script(const FlowRequest& request, std::vector<std::string>& mistake
       script.stage_settings.push_back(std::move(setting));
     }
   }
-  for (const auto& text : request.sets) script.stage_settings.push_back(pipeline::parse_setting(text));
+  for (const auto& set : request.sets) script.stage_settings.push_back(pipeline::parse_setting(set));
   if (!request.hand.empty()) script.hands = {request.hand};
   if (script.hands.empty()) script.hands = {"schunk_sdh"};
   return script;
@@ -191,6 +197,7 @@ class Planner {
     pair.object = name_;
     pair.hand = hand.name;
     pair.source = object.source;
+    pair.up_O = object.up_O;
     pair.truth_known = !object.cloud;
     return pair;
   }
@@ -201,8 +208,8 @@ class Planner {
     const std::string name = name_ + "/" + label;
     auto& listed =
         flow_.parameters.emplace_back(name, std::vector<std::pair<std::string, std::string>>{}).second;
-    for (const auto& field : pipeline::fields_of(params).list())
-      listed.emplace_back(field.name, pipeline::value_text(field));
+    const pipeline::Fields fields = pipeline::fields_of(params);
+    for (const auto& field : fields.list()) listed.emplace_back(field.name, pipeline::value_text(field));
     shared_.push_back(name);
     return pipeline_.add(name, stage, params, inputs...);
   }
@@ -235,12 +242,14 @@ class Planner {
       auto balls_params = p.balls;
       if (balls_params.radii_m.empty()) balls_params.radii_m = radii_of(hand);
       auto evaluate_params = p.evaluate;
+      auto place_params = p.place;
+      if (place_params.object.empty()) place_params.object = object.name;
       evaluate_params.object_geometry = object.cloud ? "reconstruction" : "truth";
 
       const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
       const auto grasps =
-          slot(of_hand("place"), stages::place_stage, p.place, scores, field, cloud, hands_[i]);
+          slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud, hands_[i]);
       const auto ways =
           slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
@@ -278,6 +287,7 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
   const Script script = read_script(request, mistakes);
   Flow flow;
   flow.name = script.name;
+  flow.text = script.text;
   for (const auto& name : script.hands) flow.hands.push_back(hands::load_hand(name));
   const auto variants = variants_of(script.sweep);
 

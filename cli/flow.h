@@ -21,14 +21,15 @@ struct FlowRequest {
 /// One object (of one variant) and one hand, and the slots that lead to its evaluation.
 struct FlowPair {
   std::string object, hand, source;
-  bool truth_known = false;     ///< evaluated on the true mesh, not on the reconstruction
-  std::string skipped, failed;  ///< why there are no slots
+  geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< for pictures
+  bool truth_known = false;                       ///< evaluated on the true mesh, not on the reconstruction
+  std::string skipped, failed;                    ///< why there are no slots
   std::vector<std::string> slots;
   std::string score_slot, place_slot, approach_slot, evaluate_slot;
 };
 
 struct Flow {
-  std::string name;
+  std::string name, text;  ///< of the flow file
   std::vector<hands::Hand> hands;
   std::vector<FlowPair> pairs;
   /// Parameters of every slot, as text.

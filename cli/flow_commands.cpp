@@ -1,11 +1,12 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <fstream>
+
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/muted_stdout.h"
 #include "cli/run_report.h"
 
 namespace geocage::cli {
@@ -26,9 +27,14 @@ json to_json(const RunSummary& summary) {
                      {"seconds", slot.seconds},
                      {"folder", slot.folder.string()},
                      {"sentence", slot.sentence}});
-  const Counts& c = summary.counts;
+  const reports::Counts& c = summary.counts;
   return {{"schema", "geocage-run 1"},
-          {"counts", {{"in", c.in}, {"done", c.done}, {"failed", c.failed}, {"rejected", c.rejected}, {"skipped", c.skipped}}},
+          {"counts",
+           {{"in", c.in},
+            {"done", c.done},
+            {"failed", c.failed},
+            {"rejected", c.rejected},
+            {"skipped", c.skipped}}},
           {"slots", slots},
           {"report", summary.report.empty() ? json() : json(summary.report.string())}};
 }
@@ -37,15 +43,19 @@ void print(const RunSummary& summary) {
   for (const auto& pair : summary.pairs)
     if (pair.outcome != PairOutcome::done)
       fmt::print("{} with {}: {}: {}\n", pair.object, pair.hand, word(pair.outcome), pair.sentence);
-  const auto made = std::count_if(summary.slots.begin(), summary.slots.end(),
-                                  [](const SlotResult& slot) { return slot.state == pipeline::SlotState::made; });
-  const Counts& c = summary.counts;
+  const auto made = std::count_if(summary.slots.begin(), summary.slots.end(), [](const SlotResult& slot) {
+    return slot.state == pipeline::SlotState::made;
+  });
+  const reports::Counts& c = summary.counts;
   fmt::print("{} of {} slots made, the others were there\n", made, summary.slots.size());
-  fmt::print("in {} = done {} + failed {} + rejected {} + skipped {}\n", c.in, c.done, c.failed, c.rejected, c.skipped);
+  fmt::print("in {} = done {} + failed {} + rejected {} + skipped {}\n", c.in, c.done, c.failed, c.rejected,
+             c.skipped);
   if (!summary.report.empty()) fmt::print("report: {}\n", summary.report.string());
 }
 
-int exit_code(const Counts& counts) { return counts.done == counts.in ? 0 : 1; }
+int exit_code(const reports::Counts& counts) {
+  return counts.done == counts.in ? 0 : 1;
+}
 
 /// A store and the flow's slots over it.
 struct Opened {
@@ -63,12 +73,16 @@ int run(const Shared& shared, const RunOptions& options) {
   opened.store.sweep_scratch();
   RunSummary summary;
   {
+    const MutedStdout muted;
     Console console(shared.quiet);
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
-  if (options.wish.only.empty() && options.wish.until.empty()) summary.report = write_run_report(opened.flow, summary, shared.out);
-  if (shared.json) fmt::print("{}\n", to_json(summary).dump(2));
-  else print(summary);
+  if (options.wish.only.empty() && options.wish.until.empty())
+    summary.report = write_run_report(opened.flow, summary, shared.out);
+  if (shared.json)
+    fmt::print("{}\n", to_json(summary).dump(2));
+  else
+    print(summary);
   return exit_code(summary.counts);
 }
 
@@ -76,8 +90,10 @@ int status(const Shared& shared, const FlowRequest& request) {
   Opened opened(shared, request);
   json list = json::array();
   for (const auto& [slot, state] : opened.pipeline.status())
-    if (shared.json) list.push_back({{"slot", slot}, {"state", state}});
-    else fmt::print("{:<4} {}\n", state, slot);
+    if (shared.json)
+      list.push_back({{"slot", slot}, {"state", state}});
+    else
+      fmt::print("{:<4} {}\n", state, slot);
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-status 1"}, {"slots", list}}.dump(2));
   return 0;
 }
@@ -85,8 +101,10 @@ int status(const Shared& shared, const FlowRequest& request) {
 int why(const Shared& shared, const FlowRequest& request, const std::string& slot) {
   Opened opened(shared, request);
   const std::string reasons = opened.pipeline.why(slot);
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-why 1"}, {"slot", slot}, {"why", reasons}}.dump(2));
-  else fmt::print("{}", reasons);
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-why 1"}, {"slot", slot}, {"why", reasons}}.dump(2));
+  else
+    fmt::print("{}", reasons);
   return 0;
 }
 
@@ -102,14 +120,19 @@ int show(const Shared& shared, const FlowRequest&, const std::string& slot) {
   json files = json::object();
   for (const auto& entry : fs::directory_iterator(folder)) files[entry.path().filename()] = entry.file_size();
   if (shared.json) {
-    fmt::print("{}\n", json{{"schema", "geocage-slot 1"}, {"slot", slot}, {"folder", folder.string()},
-                            {"recipe", record->recipe}, {"metrics", record->metrics}, {"files", files},
-                            {"seconds", record->seconds}, {"made_at", record->made_at}}
+    fmt::print("{}\n", json{{"schema", "geocage-slot 1"},
+                            {"slot", slot},
+                            {"folder", folder.string()},
+                            {"recipe", record->recipe},
+                            {"metrics", record->metrics},
+                            {"files", files},
+                            {"seconds", record->seconds},
+                            {"made_at", record->made_at}}
                            .dump(2));
     return 0;
   }
-  fmt::print("{}\n{}\nmade in {:.2f} s at {}\n\n{}\n", slot, folder.string(), record->seconds, record->made_at,
-             record->recipe);
+  fmt::print("{}\n{}\nmade in {:.2f} s at {}\n\n{}\n", slot, folder.string(), record->seconds,
+             record->made_at, record->recipe);
   for (const auto& [name, value] : record->metrics) fmt::print("metric {} = {}\n", name, value);
   for (const auto& [name, size] : files.items()) fmt::print("file {} {} bytes\n", name, size.dump());
   return 0;
@@ -117,8 +140,10 @@ int show(const Shared& shared, const FlowRequest&, const std::string& slot) {
 
 int graph(const Shared& shared, const FlowRequest& request) {
   const std::string dot = Opened(shared, request).pipeline.graph_dot();
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-graph 1"}, {"dot", dot}}.dump(2));
-  else fmt::print("{}", dot);
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-graph 1"}, {"dot", dot}}.dump(2));
+  else
+    fmt::print("{}", dot);
   return 0;
 }
 
@@ -126,16 +151,20 @@ int report(const Shared& shared, const FlowRequest& request) {
   Opened opened(shared, request);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
   summary.report = write_run_report(opened.flow, summary, shared.out);
-  if (shared.json) fmt::print("{}\n", to_json(summary).dump(2));
-  else print(summary);
+  if (shared.json)
+    fmt::print("{}\n", to_json(summary).dump(2));
+  else
+    print(summary);
   return exit_code(summary.counts);
 }
 
 int verify(const Shared& shared) {
   const Store store(shared.store);
   const auto faults = store.verify();
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-verify 1"}, {"faults", faults}}.dump(2));
-  else if (faults.empty()) fmt::print("{}: every artefact has the digest that names it\n", store.root().string());
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-verify 1"}, {"faults", faults}}.dump(2));
+  else if (faults.empty())
+    fmt::print("{}: every artefact has the digest that names it\n", store.root().string());
   else
     for (const auto& fault : faults) fmt::print("{}\n", fault);
   return faults.empty() ? 0 : static_cast<int>(pipeline::Fault::store);
@@ -145,11 +174,14 @@ int collect_garbage(const Shared& shared, bool dry_run) {
   const auto garbage = Store(shared.store).collect_garbage(dry_run);
   const double megabytes = static_cast<double>(garbage.bytes) / 1e6;
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-gc 1"}, {"dry_run", dry_run}, {"entries", garbage.paths.size()},
+    fmt::print("{}\n", json{{"schema", "geocage-gc 1"},
+                            {"dry_run", dry_run},
+                            {"entries", garbage.paths.size()},
                             {"bytes", garbage.bytes}}
                            .dump(2));
   else
-    fmt::print("{} {} entries, {:.1f} MB\n", dry_run ? "would remove" : "removed", garbage.paths.size(), megabytes);
+    fmt::print("{} {} entries, {:.1f} MB\n", dry_run ? "would remove" : "removed", garbage.paths.size(),
+               megabytes);
   return 0;
 }
 

@@ -1,6 +1,6 @@
-#include <fmt/format.h>
-
 #include <functional>
+
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
@@ -14,8 +14,10 @@ int list_stages(const Shared& shared) {
   StageParameters parameters;
   json list = json::array();
   for_each_stage(parameters, [&](const char* name, int version, const char* what, auto&) {
-    if (shared.json) list.push_back({{"stage", name}, {"version", version}, {"what", what}});
-    else fmt::print("{:<12} {:>2}  {}\n", name, version, what);
+    if (shared.json)
+      list.push_back({{"stage", name}, {"version", version}, {"what", what}});
+    else
+      fmt::print("{:<12} {:>2}  {}\n", name, version, what);
   });
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-stages 1"}, {"stages", list}}.dump(2));
   return 0;
@@ -27,10 +29,13 @@ int list_params(const Shared& shared, const std::string& stage) {
   const pipeline::Fields fields = fields_of_stage(parameters, stage);
   for (const auto& field : fields.list()) {
     const std::string value = pipeline::value_text(field), type = pipeline::type_text(field);
-    if (shared.json) list.push_back({{"name", field.name}, {"default", value}, {"type", type}, {"help", field.help}});
-    else fmt::print("{:<24} {:<24} {}\n{:<24} {}\n", field.name, value, type, "", field.help);
+    if (shared.json)
+      list.push_back({{"name", field.name}, {"default", value}, {"type", type}, {"help", field.help}});
+    else
+      fmt::print("{:<24} {:<24} {}\n{:<24} {}\n", field.name, value, type, "", field.help);
   }
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-params 1"}, {"stage", stage}, {"fields", list}}.dump(2));
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-params 1"}, {"stage", stage}, {"fields", list}}.dump(2));
   return 0;
 }
 
@@ -39,12 +44,16 @@ int list_hands(const Shared& shared) {
   for (const auto& name : hands::hand_names()) {
     const auto hand = hands::load_hand(name);
     if (shared.json)
-      list.push_back({{"hand", name}, {"dofs", hand.tree.dofs()}, {"fingers", hand.fingers.size()},
-                      {"capsules", hand.capsules.size()}, {"finger_length_m", hand.finger_length_m},
+      list.push_back({{"hand", name},
+                      {"dofs", hand.tree.dofs()},
+                      {"fingers", hand.fingers.size()},
+                      {"capsules", hand.capsules.size()},
+                      {"finger_length_m", hand.finger_length_m},
                       {"ball_radius_m", hand.ball_radius_m}});
     else
       fmt::print("{:<16} {} joints, {} fingers, {} capsules, finger length {} m, ball radius {} m\n", name,
-                 hand.tree.dofs(), hand.fingers.size(), hand.capsules.size(), hand.finger_length_m, hand.ball_radius_m);
+                 hand.tree.dofs(), hand.fingers.size(), hand.capsules.size(), hand.finger_length_m,
+                 hand.ball_radius_m);
   }
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-hands 1"}, {"hands", list}}.dump(2));
   return 0;
@@ -73,12 +82,18 @@ int list_entries(const Shared& shared, const std::vector<Entry>& entries,
   for (const auto& entry : entries) {
     const Availability found = look(entry);
     all = all && there(found);
-    list.push_back({{"object", entry.name}, {"kind", entry.kind}, {"package", entry.package},
-                    {"licence", entry.licence}, {"unit", entry.unit}, {"sha256", entry.sha256},
-                    {"state", word(found.presence)}, {"file", found.file.string()}, {"reason", found.reason}});
+    list.push_back({{"object", entry.name},
+                    {"kind", entry.kind},
+                    {"package", entry.package},
+                    {"licence", entry.licence},
+                    {"unit", entry.unit},
+                    {"sha256", entry.sha256},
+                    {"state", word(found.presence)},
+                    {"file", found.file.string()},
+                    {"reason", found.reason}});
     if (!shared.json)
-      fmt::print("{:<12} {:<11} {:<6} {} ({}) {}\n", entry.name, word(found.presence), entry.kind, entry.package,
-                 entry.licence, found.reason);
+      fmt::print("{:<12} {:<11} {:<6} {} ({}) {}\n", entry.name, word(found.presence), entry.kind,
+                 entry.package, entry.licence, found.reason);
   }
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-datasets 1"}, {"objects", list}}.dump(2));
   return all ? 0 : 1;

@@ -1,11 +1,11 @@
-#include <fmt/format.h>
-#include <signal.h>
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <functional>
 #include <system_error>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include "cli/commands.h"
 #include "cli/parameters.h"
@@ -16,8 +16,10 @@ namespace {
 constexpr int exit_configuration = 2, exit_store = 5, exit_bug = 70, exit_interrupted = 130;
 
 constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 some items failed, were rejected or were skipped; 2 a mistake in the command, a flow file or a "
-    "hand; 3 input unreadable or invalid; 4 geometry or numerics failed; 5 store or disk; 70 a bug of geocage; 130 "
+    "Exit codes: 0 done; 1 some items failed, were rejected or were skipped; 2 a mistake in the command, a "
+    "flow file or a "
+    "hand; 3 input unreadable or invalid; 4 geometry or numerics failed; 5 store or disk; 70 a bug of "
+    "geocage; 130 "
     "interrupted.";
 
 // Whatever a run has published stays; the store needs no unlocking (docs/store.md).
@@ -56,45 +58,55 @@ class Program {
   }
 
  private:
-  CLI::App* command(const char* name, const char* what, std::function<int()> work, CLI::App* parent = nullptr) {
+  CLI::App* command(const char* name, const char* what, std::function<int()> work,
+                    CLI::App* parent = nullptr) {
     CLI::App* sub = (parent ? parent : &app_)->add_subcommand(name, what);
     sub->add_option("--store", shared_.store, "folder of the store (default: $GEOCAGE_STORE or ./store)");
     sub->add_flag("--json", shared_.json, "one JSON document on stdout and nothing else");
     sub->add_flag("--quiet", shared_.quiet, "no progress");
-    sub->callback([this, work] { chosen_ = work; });
+    sub->callback([this, sub, work] {
+      if (sub->get_subcommands().empty()) chosen_ = work;  // `datasets get` is not `datasets`
+    });
     return sub;
   }
 
-  CLI::App* flow_command(const char* name, const char* what, std::function<int()> work, bool with_slot = false) {
+  CLI::App* flow_command(const char* name, const char* what, std::function<int()> work,
+                         bool with_slot = false) {
     CLI::App* sub = command(name, what, std::move(work));
     if (with_slot) sub->add_option("SLOT", slot_, "a slot, as `geocage status` lists them")->required();
     sub->add_option("FLOW", run_.flow.file, "flow file (TOML); the built-in flow without it");
     sub->add_option("--dataset", run_.flow.dataset, "a folder of meshes and clouds, or a catalogue name");
     sub->add_option("--object", run_.flow.object, "this object only");
     sub->add_option("--hand", run_.flow.hand, "this hand: a name, a folder or a URDF");
-    sub->add_option("--set", run_.flow.sets, "stage.field=value, any number of times")->expected(1)->take_all();
+    sub->add_option("--set", run_.flow.sets, "stage.field=value, any number of times")
+        ->expected(1)
+        ->take_all();
     sub->add_option("--out", shared_.out, "folder of the report");
     return sub;
   }
 
   void add_flow_commands() {
-    CLI::App* sub = flow_command("run", "make what is missing, then the report", [this] { return run(shared_, run_); });
+    CLI::App* sub =
+        flow_command("run", "make what is missing, then the report", [this] { return run(shared_, run_); });
     sub->add_option("--only", run_.wish.only, "these slots alone")->expected(1)->take_all();
     sub->add_option("--until", run_.wish.until, "these slots and what they need")->expected(1)->take_all();
     sub->add_option("--force", run_.wish.force, "make these slots anew")->expected(1)->take_all();
     sub->add_option("--jobs", run_.wish.jobs, "slots made at the same time")->check(CLI::Range(1, 1024));
     flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",
                  [this] { return status(shared_, run_.flow); });
-    flow_command("why", "why a slot is, or was, made anew", [this] { return why(shared_, run_.flow, slot_); }, true);
-    flow_command("show", "what a slot holds", [this] { return show(shared_, run_.flow, slot_); }, true);
+    flow_command(
+        "why", "why a slot is, or was, made anew", [this] { return why(shared_, run_.flow, slot_); }, true);
+    flow_command(
+        "show", "what a slot holds", [this] { return show(shared_, run_.flow, slot_); }, true);
     flow_command("graph", "the dataflow as DOT", [this] { return graph(shared_, run_.flow); });
     flow_command("report", "write the report of what is made", [this] { return report(shared_, run_.flow); });
   }
 
   void add_store_commands() {
     command("verify", "check every artefact against its digest", [this] { return verify(shared_); });
-    command("gc", "remove what no slot needs", [this] { return collect_garbage(shared_, dry_run_); })
-        ->add_flag("--dry-run", dry_run_, "say what would go");
+    command("gc", "remove what no slot needs", [this] {
+      return collect_garbage(shared_, dry_run_);
+    })->add_flag("--dry-run", dry_run_, "say what would go");
   }
 
   void add_lists() {
@@ -103,17 +115,24 @@ class Program {
         ->add_option("STAGE", name_)
         ->required();
     command("hands", "the hands", [this] { return list_hands(shared_); });
-    CLI::App* datasets = command("datasets", "the catalogue of objects", [this] { return list_datasets(shared_); });
-    command("check", "which objects are here, with the right digest", [this] { return check_datasets(shared_); }, datasets);
-    command("get", "bring an object", [this] { return get_dataset(shared_, name_); }, datasets)
+    CLI::App* datasets =
+        command("datasets", "the catalogue of objects", [this] { return list_datasets(shared_); });
+    command(
+        "check", "which objects are here, with the right digest", [this] { return check_datasets(shared_); },
+        datasets);
+    command(
+        "get", "bring an object", [this] { return get_dataset(shared_, name_); }, datasets)
         ->add_option("NAME", name_)
         ->required();
   }
 
   void add_tools() {
-    CLI::App* sub = command("score", "S1 and S2 of every vertex of a mesh", [this] { return score(shared_, score_); });
+    CLI::App* sub =
+        command("score", "S1 and S2 of every vertex of a mesh", [this] { return score(shared_, score_); });
     sub->add_option("MESH", score_.mesh)->required();
-    sub->add_option("--radius-m", score_.radius_m, "radius of the geodesic balls")->required()->check(CLI::PositiveNumber);
+    sub->add_option("--radius-m", score_.radius_m, "radius of the geodesic balls")
+        ->required()
+        ->check(CLI::PositiveNumber);
     sub->add_option("--out", score_.out, "FILE.ply or FILE.csv (default: CSV on stdout)");
     sub->add_option("--metric", score_.metric, "hop or dijkstra")->check(CLI::IsMember({"hop", "dijkstra"}));
     sub->add_option("--units", score_.unit, "unit of the file: m, cm, mm, inch, or metres per unit");

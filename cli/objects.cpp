@@ -1,10 +1,10 @@
 #include "cli/objects.h"
 
-#include <fmt/format.h>
-#include <glob.h>
-
 #include <algorithm>
 #include <set>
+
+#include <fmt/format.h>
+#include <glob.h>
 
 #include "datasets/catalogue.h"
 #include "geometry/cloud_files.h"
@@ -21,7 +21,8 @@ const std::set<std::string> cloud_endings = {".pcd", ".xyz", ".ply"};
 
 bool readable_name(const fs::path& file) {
   std::string ending = file.extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return mesh_endings.contains(ending) || cloud_endings.contains(ending);
 }
 
@@ -38,8 +39,10 @@ FlowObject object_of_file(const fs::path& file) {
 FlowObject object_of_entry(const datasets::Entry& entry) {
   FlowObject object;
   object.name = entry.name;
-  object.source = fmt::format("{} of Debian's {}, {}", fs::path(entry.path).filename().string(), entry.package, entry.licence);
+  object.source = fmt::format("{} of Debian's {}, {}", fs::path(entry.path).filename().string(),
+                              entry.package, entry.licence);
   object.cloud = entry.kind == "cloud";
+  object.up_O = geometry::Vec3::Unit(entry.up == "x" ? 0 : entry.up == "y" ? 1 : 2);
   const auto set = [&](const char* field, pipeline::SettingValue value) {
     object.settings.push_back({"catalogue: " + entry.name, "import", field, std::move(value)});
   };
@@ -48,7 +51,8 @@ FlowObject object_of_entry(const datasets::Entry& entry) {
   set("cluster", std::int64_t(entry.cluster));
   const auto found = datasets::get(entry, datasets::datasets_folder());
   object.path = found.file;
-  const bool there = found.presence == datasets::Presence::have || found.presence == datasets::Presence::fetched;
+  const bool there =
+      found.presence == datasets::Presence::have || found.presence == datasets::Presence::fetched;
   if (!there) object.skipped = entry.name + ": not available: " + found.reason;
   return object;
 }
@@ -56,7 +60,8 @@ FlowObject object_of_entry(const datasets::Entry& entry) {
 std::vector<fs::path> glob_files(const std::string& pattern) {
   glob_t found{};
   std::vector<fs::path> files;
-  if (glob(pattern.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   globfree(&found);
   return files;
 }
@@ -78,7 +83,8 @@ std::vector<FlowObject> find_objects(const std::vector<std::string>& words, cons
   for (const auto& entry : catalogue) names.push_back(entry.name);
   std::vector<FlowObject> objects;
   for (const auto& word : words) {
-    const auto entry = std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.name == word; });
+    const auto entry =
+        std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.name == word; });
     const bool pattern = word.find_first_of("*?[") != std::string::npos;
     const auto files = pattern ? glob_files(word) : std::vector<fs::path>{};
     if (entry != catalogue.end()) {
@@ -89,8 +95,9 @@ std::vector<FlowObject> find_objects(const std::vector<std::string>& words, cons
     } else if (fs::exists(word) || (!pattern && readable_name(word))) {
       objects.push_back(object_of_file(word));
     } else {
-      mistakes.push_back(pipeline::mistake(where, "", "'" + word + "' is neither an object of the catalogue nor a file" +
-                                                          pipeline::did_you_mean(word, names)));
+      mistakes.push_back(pipeline::mistake(where, "",
+                                           "'" + word + "' is neither an object of the catalogue nor a file" +
+                                               pipeline::did_you_mean(word, names)));
     }
   }
   if (words.empty()) mistakes.push_back(pipeline::mistake(where, "", "the flow names no objects"));
@@ -105,10 +112,12 @@ std::vector<FlowObject> objects_of_folder(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, error))
     if (!entry.is_directory() && readable_name(entry.path())) objects.push_back(object_of_file(entry.path()));
   if (objects.empty())
-    throw pipeline::UserError(pipeline::Fault::configuration, folder.string(), "this folder holds no mesh and no cloud");
+    throw pipeline::UserError(pipeline::Fault::configuration, folder.string(),
+                              "this folder holds no mesh and no cloud");
   std::sort(objects.begin(), objects.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
   tell_apart(objects);
-  for (auto& object : objects) object.settings.push_back({"--dataset", "import", "scene", std::string("object")});
+  for (auto& object : objects)
+    object.settings.push_back({"--dataset", "import", "scene", std::string("object")});
   return objects;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/pose.h"
 #include "pipeline/settings.h"
 
 namespace geocage::cli {
@@ -11,10 +12,11 @@ namespace geocage::cli {
 struct FlowObject {
   std::string name;
   std::filesystem::path path;
-  std::string source;                       ///< where it comes from: package and licence, or "file"
-  bool cloud = false;                       ///< otherwise a mesh, which is the truth
-  std::vector<pipeline::Setting> settings;  ///< what the catalogue knows: unit, scene, cluster
-  std::string skipped, failed;              ///< a sentence when it can't be had, or can't be read
+  std::string source;                             ///< where it comes from: package and licence, or "file"
+  geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< for pictures
+  bool cloud = false;                             ///< otherwise a mesh, which is the truth
+  std::vector<pipeline::Setting> settings;        ///< what the catalogue knows: unit, scene, cluster
+  std::string skipped, failed;                    ///< a sentence when it can't be had, or can't be read
 };
 
 /// Objects named by catalogue names, files and globs, in that order, each once. Catalogue objects are fetched

@@ -1,8 +1,8 @@
-#include <fmt/format.h>
-
 #include <cmath>
 #include <fstream>
 #include <iostream>
+
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
@@ -35,7 +35,8 @@ geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit
 
 /// Writes beside and renames, so that a file is whole or not there.
 void write_whole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
-  const fs::path beside = file.parent_path() / ("." + file.filename().string() + ".part" + file.extension().string());
+  const fs::path beside =
+      file.parent_path() / ("." + file.filename().string() + ".part" + file.extension().string());
   try {
     write(beside);
     fs::rename(beside, file);
@@ -51,14 +52,17 @@ std::string csv_of(const geometry::TriangleMesh& mesh, const topology::BallField
       "vertex,x_m,y_m,z_m,winding_angle_rad,curvature_sum_rad,ball_vertices,ball_triangles,euler\n";
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const auto& p = mesh.vertices[v];
-    csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", v, p.x(), p.y(), p.z(), ball.winding_angle_rad[v],
-                       ball.curvature_sum_rad[v], ball.ball_vertices[v], ball.ball_triangles[v], ball.euler[v]);
+    csv +=
+        fmt::format("{},{},{},{},{},{},{},{},{}\n", v, p.x(), p.y(), p.z(), ball.winding_angle_rad[v],
+                    ball.curvature_sum_rad[v], ball.ball_vertices[v], ball.ball_triangles[v], ball.euler[v]);
   }
   return csv;
 }
 
 std::vector<geometry::VertexField> fields_of(const topology::BallFields& ball) {
-  const auto numbers = [](const std::vector<int>& counts) { return std::vector<double>(counts.begin(), counts.end()); };
+  const auto numbers = [](const std::vector<int>& counts) {
+    return std::vector<double>(counts.begin(), counts.end());
+  };
   return {{"winding_angle_rad", ball.winding_angle_rad},
           {"curvature_sum_rad", ball.curvature_sum_rad},
           {"ball_vertices", numbers(ball.ball_vertices)},
@@ -71,7 +75,8 @@ std::vector<geometry::VertexField> fields_of(const topology::BallFields& ball) {
 int score(const Shared& shared, const ScoreOptions& options) {
   const std::string kind = options.out.extension();
   if (!options.out.empty() && kind != ".ply" && kind != ".csv")
-    throw UserError(Fault::configuration, "--out " + options.out.string(), "the file must end in .ply or .csv");
+    throw UserError(Fault::configuration, "--out " + options.out.string(),
+                    "the file must end in .ply or .csv");
   if (options.out.has_parent_path() && !fs::is_directory(options.out.parent_path()))
     throw UserError(Fault::configuration, "--out " + options.out.string(), "its folder is not there");
   const auto mesh = closed_mesh(options.mesh, options.unit);
@@ -93,7 +98,8 @@ int score(const Shared& shared, const ScoreOptions& options) {
                             {"metric", options.metric},
                             {"out", options.out.empty() ? json() : json(options.out.string())}}
                            .dump(2));
-  else if (options.out.empty()) fmt::print("{}", csv_of(mesh, ball));
+  else if (options.out.empty())
+    fmt::print("{}", csv_of(mesh, ball));
   return 0;
 }
 
@@ -128,6 +134,8 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   params.object_geometry = "given";
   const auto hand = hands::load_hand(options.hand);
   const auto grasps = hands::read_grasps(options.grasp);
+  for (const auto& grasp : grasps.grasps)
+    hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   const auto mesh = closed_mesh(options.mesh, options.unit);
   pipeline::Run run;
   const auto field = stages::field(stages::FieldParams{}, run, mesh);
@@ -136,7 +144,7 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   int bad = 0;
   json list = json::array();
   for (const auto& evaluation : evaluations.list) {
-    list.push_back(stages::to_json(evaluation));
+    list.push_back(stages::to_json(evaluations, evaluation));
     const std::string outcome = list.back()["outcome"];
     bad += outcome == "rejected" || outcome == "error";
     if (!shared.json) fmt::print("{}: {}\n", outcome, list.back()["reason"].get<std::string>());

@@ -155,6 +155,7 @@ const Entry& find_entry(const std::vector<Entry>& catalogue, const std::string& 
       std::find_if(catalogue.begin(), catalogue.end(), [&](const Entry& e) { return e.name == name; });
   if (entry != catalogue.end()) return *entry;
   std::vector<std::string> names;
+  names.reserve(catalogue.size());
   for (const Entry& known : catalogue) names.push_back(known.name);
   throw pipeline::UserError(pipeline::Fault::configuration, name,
                             "the catalogue has no such object" + pipeline::did_you_mean(name, names),

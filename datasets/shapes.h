@@ -6,7 +6,7 @@ namespace geocage::datasets {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
-// Analytic shapes: test oracles, and the reports' sketches. Centred at the origin of O, axis z, metres;
+// Analytic shapes, the oracles of tests. Centred at the origin of O, axis z, metres;
 // closed and outward unless said otherwise. The same arguments always give the same bytes. V and A are those
 // of the smooth shape; an inscribed polyhedron is smaller by O(1 / n^2).
 

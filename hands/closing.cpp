@@ -50,22 +50,20 @@ class Posture {
     place();
   }
 
-  /// The joint that moves `link` with `dof`, or null.
-  const Joint* mover(int link, int dof) const {
+  /// How far any point of a capsule on `link` moves per radian of `dof`, at most; 0 when `dof` does not move
+  /// it.
+  double lever_m(int dof, int link, const PlacedCapsule& capsule) const {
+    double lever = 0;
     for (; link != 0; link = hand_.tree.joints[link - 1].parent_link) {
       const Joint& joint = hand_.tree.joints[link - 1];
-      if (joint.type != Joint::Type::fixed && joint.dof == dof) return &joint;
+      if (joint.type == Joint::Type::fixed || joint.dof != dof) continue;
+      const Pose X_OL = X_OH_ * X_HL_[link];
+      const Vec3 axis_O = X_OL.linear() * joint.axis_J, p_O = X_OL.translation();
+      const double a = axis_O.cross(capsule.a - p_O).norm(), b = axis_O.cross(capsule.b - p_O).norm();
+      const double reach = joint.type == Joint::Type::prismatic ? 1 : std::max(a, b) + capsule.radius_m;
+      lever += std::abs(joint.multiplier) * reach;
     }
-    return nullptr;
-  }
-
-  /// How far any point of a capsule moves per radian of its joint, at most.
-  double lever_m(const Joint& joint, const PlacedCapsule& capsule) const {
-    if (joint.type == Joint::Type::prismatic) return std::abs(joint.multiplier);
-    const Pose X_OL = X_OH_ * X_HL_[joint.child_link];
-    const Vec3 axis_O = X_OL.linear() * joint.axis_J, p_O = X_OL.translation();
-    const double a = axis_O.cross(capsule.a - p_O).norm(), b = axis_O.cross(capsule.b - p_O).norm();
-    return std::abs(joint.multiplier) * (std::max(a, b) + capsule.radius_m);
+    return lever;
   }
 
  private:
@@ -87,9 +85,8 @@ class JointCloser {
   JointCloser(const Hand& hand, const geometry::SignedDistanceField& field, const Posture& start, int dof)
       : hand_(hand), field_(field), dof_(dof) {
     for (int i = 0; i < static_cast<int>(hand.capsules.size()); ++i) {
-      const Joint* joint = start.mover(hand.capsules[i].link, dof);
-      (joint ? moved_ : others_).push_back(i);
-      if (joint) joints_.push_back(joint);
+      const double lever_m = start.lever_m(dof, hand.capsules[i].link, start.capsules()[i]);
+      (lever_m > 0 ? moved_ : others_).push_back(i);
     }
   }
 
@@ -98,27 +95,27 @@ class JointCloser {
     const double direction = hand_.closing_rad[dof_];
     const double limit = direction > 0 ? hand_.tree.upper_rad[dof_] : hand_.tree.lower_rad[dof_];
     double angle = std::min(step_rad, direction * (limit - posture.q()[dof_]));
-    for (std::size_t k = 0; k < moved_.size() && angle > 0; ++k) {
-      const PlacedCapsule& capsule = posture.capsules()[moved_[k]];
-      const double lever_m = posture.lever_m(*joints_[k], capsule);
-      const double free_m = free_distance_m(posture, k, angle * lever_m);
+    if (angle <= 0) return false;
+    for (int i : moved_) {
+      const double lever_m = posture.lever_m(dof_, hand_.capsules[i].link, posture.capsules()[i]);
+      const double free_m = free_distance_m(posture, i, angle * lever_m);
       if (free_m <= touch_m) return false;
       angle = std::min(angle, free_m / lever_m);
     }
-    if (angle <= 0) return false;
     posture.turn(dof_, direction * angle);
     return true;
   }
 
  private:
-  /// Distance of moved capsule k to the object and to the rest of the hand; what is farther than `enough_m`
-  /// need not be exact.
-  double free_distance_m(const Posture& posture, std::size_t k, double enough_m) const {
+  /// Distance of the moved capsule i to the object and to the rest of the hand; what is farther than
+  /// `enough_m` need not be exact.
+  double free_distance_m(const Posture& posture, int i, double enough_m) const {
     const auto& capsules = posture.capsules();
-    const PlacedCapsule& capsule = capsules[moved_[k]];
+    const PlacedCapsule& capsule = capsules[i];
+    const int parent = hand_.tree.joints[hand_.capsules[i].link - 1].parent_link;  // shares the joint with it
     double free_m = inf;
     for (int other : others_)
-      if (hand_.capsules[other].link != joints_[k]->parent_link)  // neighbours share the joint
+      if (hand_.capsules[other].link != parent)
         free_m = std::min(free_m, capsule_gap_m(capsule, capsules[other]));
     const double bound_m = capsule_distance_bound_m(field_, capsule);
     return std::min(free_m, bound_m > enough_m ? bound_m : capsule_distance(field_, capsule).distance_m);
@@ -128,7 +125,6 @@ class JointCloser {
   const geometry::SignedDistanceField& field_;
   int dof_;
   std::vector<int> moved_, others_;
-  std::vector<const Joint*> joints_;  ///< that moves each of `moved_`
 };
 
 void close_rank(const Hand& hand, const geometry::SignedDistanceField& field, std::size_t rank,

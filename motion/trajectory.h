@@ -12,11 +12,12 @@ namespace geocage::motion {
 struct Trajectory {
   double dt_s = 0.02;
   std::vector<std::string> joints;
-  std::vector<std::vector<double>> q_rad;   ///< a row of joint values a step
-  std::vector<geometry::Pose> X_OH;         ///< one a step
-  double min_clearance_m = 0;               ///< over all steps but the closing ones, sampled
+  std::vector<std::vector<double>> q_rad;  ///< a row of joint values a step
+  std::vector<geometry::Pose> X_OH;        ///< one a step
+  double min_clearance_m = 0;              ///< over all steps but the closing ones, sampled
   bool certified = false;
-  std::string outcome;                      ///< "planned", or why there is none
+  std::string outcome;  ///< "planned", or why there is none
+  std::string planner;  ///< who answered: "aico", or "script" where its smoothed path was worse
 };
 
 /// One trajectory a grasp, in the order of the grasps.

@@ -37,7 +37,8 @@ class Fields {
   void operator()(const char* name, std::vector<std::string>& value, std::vector<std::string> choices,
                   const char* help);
 
-  const std::vector<Field>& list() const { return list_; }
+  const std::vector<Field>& list() const& { return list_; }
+  void list() && = delete;  // the list would die with the temporary
 
  private:
   std::vector<Field> list_;

@@ -1,10 +1,12 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -43,7 +45,7 @@ struct Wish {
   std::vector<std::string> only;   ///< these slots; what they need is made if it is missing
   std::vector<std::string> until;  ///< these slots and everything upstream of them
   std::vector<std::string> force;  ///< made anew even when they are there
-  int jobs = 1;
+  int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
 struct Node;
@@ -143,7 +145,7 @@ Target<Out> Pipeline::add(const std::string& slot, const Stage<Out, Params, In..
   node.version = stage.version;
   node.kind = artefact_kind(static_cast<const Out*>(nullptr));
   node.parameters = parameter_lines(fields_of(params));
-  node.inputs = {inputs.node...};
+  (node.inputs.push_back(inputs.node), ...);
   node.make = [this, stage, params, inputs...](Run& run, const std::filesystem::path& folder) {
     save_artefact(stage.make(params, run, *value_of<In>(store_, *inputs.node)...), folder);
   };

@@ -56,7 +56,8 @@ Figure cloud_figure(const geometry::PointCloud& cloud, double object_m, const Dr
       object_m * std::sqrt(std::numbers::pi / static_cast<double>(std::max<std::size_t>(1, cloud.size())));
   return draughtsman.draw(
       "scan", {point_part(cloud.points, cloud.normals, 0.8 * gap_m, colours)}, "What the sensor saw",
-      fmt::format("{} points from {} view{}, a colour each.", cloud.size(), views, views == 1 ? "" : "s"));
+      fmt::format("{} points{}.", cloud.size(),
+                  views == 1 ? " from one view" : fmt::format(" from {} views, a colour each", views)));
 }
 
 /// Where the best candidates of a heuristic are, a little above the surface.

@@ -82,6 +82,17 @@ std::string grasp_table(const PairResults& pair) {
   return element("h3", "Grasps, best score first") + table(rows, "class=\"text\"");
 }
 
+std::string null_control(const Evaluations& test) {
+  if (test.null_trials == 0)
+    return element("p", "No null control was run: nobody knows whether this test can fail.");
+  const std::string count = fmt::format("{} of {}", test.null_held, test.null_trials);
+  if (test.null_held == 0)
+    return element("p", "Null control: the same hand 1 m away held " + count + ", as it must.");
+  return element(
+      "p", "<b>This test is not valid:</b> the hand 1 m away, that touches nothing, “held” " + count + ".",
+      "class=\"warning\"");
+}
+
 std::string test_result(const PairResults& pair) {
   const Evaluations& test = *pair.evaluations;
   const Proportion rate = pair.held_rate();
@@ -95,15 +106,7 @@ std::string test_result(const PairResults& pair) {
                test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share), percent(rate.low),
                percent(rate.high), outcomes,
                test.object_geometry == "truth" ? "the true surface" : "the surface rebuilt from the scan"));
-  html += test.null_held == 0
-              ? element("p", fmt::format("Null control: the same hand 1 m away held {} of {}, as it must.",
-                                         test.null_held, test.null_trials))
-              : element("p",
-                        fmt::format("<b>This test is not valid:</b> the hand 1 m away, that touches nothing, "
-                                    "“held” {} of {}.",
-                                    test.null_held, test.null_trials),
-                        "class=\"warning\"");
-  return html;
+  return html + null_control(test);
 }
 
 std::string rejected_poses(const hands::GraspSet& grasps) {

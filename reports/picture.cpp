@@ -187,7 +187,7 @@ class Exposure {
 #pragma omp parallel for schedule(dynamic, 8)
     for (int row = 0; row < style_.height; ++row)
       for (int column = 0; column < style_.width; ++column)
-        develop(pixel(column, row), &image.rgba[4 * (row * style_.width + column)]);
+        develop(pixel(column, row), image.rgba.data() + 4l * (row * style_.width + column));
     return image;
   }
 

@@ -70,7 +70,9 @@ std::string overview(const std::vector<PairResults>& pairs) {
       tested += static_cast<int>(test.grasps.size());
       row.push_back(fmt::format("{} of {}", test.held(), test.grasps.size()));
       row.push_back(interval_bar(rate) + percent(rate.low) + " – " + percent(rate.high));
-      row.push_back(test.null_held == 0 ? "lost all, as it must" : "<b>held: not valid</b>");
+      row.push_back(test.null_trials == 0 ? "none"
+                    : test.null_held == 0 ? "lost all, as it must"
+                                          : "<b>held: not valid</b>");
     } else {
       row.insert(row.end(), {"–", "–", "–"});
     }
@@ -218,7 +220,7 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
     figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
   }
-  const fs::path index = folder / "index.html";
+  fs::path index = folder / "index.html";
   write_by_rename(index, page(input, pairs, figures));
   return index;
 }

@@ -98,6 +98,7 @@ View clearest_view(const Studio& studio, const Vec3& up) {
       views.push_back({std::cos(lift) * (std::cos(angle) * x + std::sin(angle) * y) + std::sin(lift) * z, z});
     }
   std::vector<std::vector<int>> rays;
+  rays.reserve(views.size());
   for (const View& view : views) rays.push_back(studio.rays_on_parts(view));
   const auto clearness = [&](std::size_t view) {
     double product = 1;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <queue>
 
 #include <Eigen/Eigenvalues>
@@ -41,7 +40,7 @@ struct Surface {
   const TriangleMesh& mesh;
   CompressedRows neighbours, triangles;
   std::vector<double> defects, areas;
-  std::vector<std::array<int, 3>> across;  ///< triangle on the other side of edge (i, i + 1), or -1
+  NumberedEdges edges;
   double mean_edge;
 
   explicit Surface(const TriangleMesh& m)
@@ -49,20 +48,11 @@ struct Surface {
         neighbours(vertex_neighbours(m)),
         triangles(vertex_triangles(m)),
         defects(angle_defects_rad(m)),
+        edges(m),
         mean_edge(mean_edge_m(m)) {
-    std::map<std::pair<int, int>, std::pair<int, int>> open;
-    across.assign(m.triangles.size(), {-1, -1, -1});
-    for (int f = 0; f < static_cast<int>(m.triangles.size()); ++f) {
-      const auto& t = m.triangles[f];
+    for (const auto& t : m.triangles)
       areas.push_back(
           (m.vertices[t[1]] - m.vertices[t[0]]).cross(m.vertices[t[2]] - m.vertices[t[0]]).norm() / 2);
-      for (int i = 0; i < 3; ++i) {
-        const auto [it, fresh] = open.try_emplace(std::minmax(t[i], t[(i + 1) % 3]), f, i);
-        if (fresh) continue;
-        across[f][i] = it->second.first;
-        across[it->second.first][it->second.second] = f;
-      }
-    }
   }
 };
 
@@ -137,15 +127,15 @@ class Search {
 class Measurer {
  public:
   Measurer(const Surface& surface, const Search& search, double guard)
-      : surface_(surface), search_(search), guard_(guard) {}
+      : surface_(surface), search_(search), guard_(guard), cutter_(surface.mesh, surface.edges) {}
 
   void measure(int source, int count, BallFields& out) {
     sum_vertices(source, count, out);
     collect_triangles(source, count, out);
     const bool dominant = principal_axis(source, count, out);
-    const Section section = dominant ? cut(surface_.mesh, inside_, surface_.mesh.vertices[source],
-                                           out.center[source], out.axis[source])
-                                     : Section{};
+    const Section section =
+        dominant ? cutter_.cut(inside_, surface_.mesh.vertices[source], out.center[source], out.axis[source])
+                 : Section{};
     out.winding_angle_rad[source] = winding_angle_rad(section, out.center[source], out.axis[source]);
   }
 
@@ -182,7 +172,7 @@ class Measurer {
         if (surface_.mesh.triangles[f][0] != v) continue;  // each triangle once, at its first corner
         inside_.push_back(f);
         area += surface_.areas[f];
-        for (int g : surface_.across[f])
+        for (int g : surface_.edges.across[f])
           edges += g < f || !in_ball(g);  // each edge once; a border has g = -1
       }
       used += holds;
@@ -209,6 +199,7 @@ class Measurer {
   const Search& search_;
   const double guard_;
   std::vector<int> inside_;
+  Cutter cutter_;
 };
 
 BallFields empty_fields(double radius_m, std::size_t n) {

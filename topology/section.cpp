@@ -9,62 +9,11 @@ namespace geocage::topology {
 
 namespace {
 
-/// Where the plane cuts an edge of the mesh, and the (one or two) cut points it is joined to.
-struct CutPoint {
-  std::pair<int, int> edge;
-  Vec3 p;
-  std::array<int, 2> next = {-1, -1};
-  void join(int other) { next[next[0] >= 0] = other; }
-};
-
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;
   const double length2 = ab.squaredNorm();
   const double t = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0;
   return (a + t * ab - p).norm();
-}
-
-/// The cut's points; every cut triangle joins two of them.
-std::vector<CutPoint> cut_points(const geometry::TriangleMesh& mesh, const std::vector<int>& triangles,
-                                 const Vec3& center, const Vec3& axis) {
-  std::vector<CutPoint> points;
-  std::map<std::pair<int, int>, int> known;
-  const auto height = [&](int v) { return axis.dot(mesh.vertices[v] - center); };
-  for (int f : triangles) {
-    const auto& t = mesh.triangles[f];
-    const std::array<double, 3> h = {height(t[0]), height(t[1]), height(t[2])};
-    std::array<int, 2> ends;
-    int found = 0;
-    for (int i = 0; i < 3; ++i) {
-      const int j = (i + 1) % 3;
-      if ((h[i] >= 0) == (h[j] >= 0)) continue;
-      const std::pair<int, int> edge = std::minmax(t[i], t[j]);
-      const auto [it, fresh] = known.try_emplace(edge, static_cast<int>(points.size()));
-      if (fresh)
-        points.push_back({edge, (h[i] * mesh.vertices[t[j]] - h[j] * mesh.vertices[t[i]]) / (h[i] - h[j])});
-      ends[found++] = it->second;
-    }
-    if (found != 2) continue;
-    points[ends[0]].join(ends[1]);
-    points[ends[1]].join(ends[0]);
-  }
-  return points;
-}
-
-/// The piece that holds `from`, which is one of its ends if it has ends; marks its points as taken.
-Section walk(const std::vector<CutPoint>& points, int from, std::vector<char>& taken) {
-  Section section;
-  int before = -1, at = from;
-  while (at >= 0 && !taken[at]) {
-    taken[at] = 1;
-    section.path.push_back(points[at].p);
-    const auto& next = points[at].next;
-    const int onward = next[0] != before ? next[0] : next[1];
-    before = at;
-    at = onward;
-  }
-  section.closed = at == from && section.path.size() > 2;
-  return section;
 }
 
 double distance_to(const Section& section, const Vec3& p) {
@@ -78,23 +27,85 @@ double distance_to(const Section& section, const Vec3& p) {
 
 }  // namespace
 
-Section cut(const geometry::TriangleMesh& mesh, const std::vector<int>& triangles, const Vec3& p,
-            const Vec3& center, const Vec3& axis) {
-  const auto points = cut_points(mesh, triangles, center, axis);
-  std::vector<char> taken(points.size(), 0);
+NumberedEdges::NumberedEdges(const geometry::TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, std::pair<int, int>> first;  // edge -> triangle and side that named it
+  of.assign(mesh.triangles.size(), {-1, -1, -1});
+  across = of;
+  for (int f = 0; f < static_cast<int>(of.size()); ++f)
+    for (int i = 0; i < 3; ++i) {
+      const auto& t = mesh.triangles[f];
+      const auto [it, fresh] = first.try_emplace(std::minmax(t[i], t[(i + 1) % 3]), f, i);
+      if (fresh) {
+        of[f][i] = count++;
+        continue;
+      }
+      const auto [g, k] = it->second;
+      of[f][i] = of[g][k];
+      across[f][i] = g;
+      across[g][k] = f;
+    }
+}
+
+void Cutter::find_points(const std::vector<int>& triangles, const Vec3& center, const Vec3& axis) {
+  for (const CutPoint& point : points_) known_[point.edge] = -1;
+  points_.clear();
+  const double offset = axis.dot(center);
+  for (int f : triangles) {
+    const auto& t = mesh_.triangles[f];
+    std::array<double, 3> h;
+    for (int i = 0; i < 3; ++i) h[i] = axis.dot(mesh_.vertices[t[i]]) - offset;
+    const int above = (h[0] >= 0) + (h[1] >= 0) + (h[2] >= 0);
+    if (above == 0 || above == 3) continue;
+    std::array<int, 2> ends;
+    int found = 0;
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3;
+      if ((h[i] >= 0) == (h[j] >= 0)) continue;
+      int& known = known_[edges_.of[f][i]];
+      if (known < 0) {
+        known = static_cast<int>(points_.size());
+        points_.push_back(
+            {edges_.of[f][i], (h[i] * mesh_.vertices[t[j]] - h[j] * mesh_.vertices[t[i]]) / (h[i] - h[j])});
+      }
+      ends[found++] = known;
+    }
+    points_[ends[0]].join(ends[1]);
+    points_[ends[1]].join(ends[0]);
+  }
+}
+
+/// The piece that holds `from`, which is one of its ends if it has ends.
+Section Cutter::walk(int from) {
+  Section section;
+  int before = -1, at = from;
+  while (at >= 0 && !taken_[at]) {
+    taken_[at] = 1;
+    section.path.push_back(points_[at].p);
+    const auto& next = points_[at].next;
+    const int onward = next[0] != before ? next[0] : next[1];
+    before = at;
+    at = onward;
+  }
+  section.closed = at == from && section.path.size() > 2;
+  return section;
+}
+
+Section Cutter::cut(const std::vector<int>& triangles, const Vec3& p, const Vec3& center, const Vec3& axis) {
+  find_points(triangles, center, axis);
+  taken_.assign(points_.size(), 0);
   Section nearest;
   double least = std::numeric_limits<double>::infinity();
   const auto consider = [&](int from) {
-    if (taken[from]) return;
-    Section section = walk(points, from, taken);
+    if (taken_[from]) return;
+    Section section = walk(from);
     const double d = distance_to(section, p);
     if (d >= least) return;
     least = d;
     nearest = std::move(section);
   };
-  const int count = static_cast<int>(points.size());
+  const int count = static_cast<int>(points_.size());
   for (int i = 0; i < count; ++i)
-    if (points[i].next[1] < 0) consider(i);  // ends of open pieces first
+    if (points_[i].next[1] < 0) consider(i);  // ends of open pieces first
   for (int i = 0; i < count; ++i) consider(i);
   return nearest;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <vector>
 
 #include "geometry/mesh.h"
@@ -7,17 +8,48 @@ namespace geocage::topology {
 
 using geometry::Vec3;
 
+/// A number for each edge of a mesh: `of[f][i]` is that of the edge from corner i to corner i + 1 of triangle
+/// f, and `across[f][i]` the triangle on its other side, or -1. Precondition: edges are manifold.
+struct NumberedEdges {
+  std::vector<std::array<int, 3>> of, across;
+  int count = 0;
+  explicit NumberedEdges(const geometry::TriangleMesh& mesh);
+};
+
 /// The piece of a ball's cut that is measured, as points in order; a ring repeats none.
 struct Section {
   std::vector<Vec3> path;
   bool closed = false;
 };
 
-/// Cuts triangles with the plane through `center` with unit normal `axis`: the connected piece that comes
-/// nearest to p. Empty when the plane meets no triangle. A vertex on the plane counts as above it. O(n log n)
-/// for n cut triangles.
-Section cut(const geometry::TriangleMesh& mesh, const std::vector<int>& triangles, const Vec3& p,
-            const Vec3& center, const Vec3& axis);
+/// Cuts triangles of a mesh with planes. Keeps its memory between cuts: one for each thread.
+class Cutter {
+ public:
+  Cutter(const geometry::TriangleMesh& mesh, const NumberedEdges& edges)
+      : mesh_(mesh), edges_(edges), known_(static_cast<std::size_t>(edges.count), -1) {}
+
+  /// The plane goes through `center` with unit normal `axis`; of the cut, the connected piece that comes
+  /// nearest to p. Empty when the plane meets no triangle. A vertex on the plane counts as above it.
+  /// O(triangles).
+  Section cut(const std::vector<int>& triangles, const Vec3& p, const Vec3& center, const Vec3& axis);
+
+ private:
+  /// Where the plane cuts an edge, and the (one or two) cut points it is joined to.
+  struct CutPoint {
+    int edge;
+    Vec3 p;
+    std::array<int, 2> next = {-1, -1};
+    void join(int other) { next[next[0] >= 0] = other; }
+  };
+  void find_points(const std::vector<int>& triangles, const Vec3& center, const Vec3& axis);
+  Section walk(int from);
+
+  const geometry::TriangleMesh& mesh_;
+  const NumberedEdges& edges_;
+  std::vector<CutPoint> points_;
+  std::vector<int> known_;  ///< edge -> its cut point, or -1
+  std::vector<char> taken_;
+};
 
 /// Winding angle W in [pi, 2 pi] of a section around `center` (thesis 3.5): the angle that the path runs
 /// through, at least half a turn and at most a full one; 2 pi for a ring. NaN for an empty one.

@@ -7,6 +7,7 @@
 namespace geocage::stages {
 
 void PlaceParams::visit(pipeline::Fields& fields) {
+  fields("object", object, {}, "name of the object in grasp files; empty: the flow's");
   fields("approaches", approaches, {"normal", "center"},
          "directions the palm comes from: against the normal, or towards the ball's centre across its axis");
   fields("gaps_m", gaps_m, {0, 0.2},

@@ -11,6 +11,7 @@
 namespace geocage::stages {
 
 struct PlaceParams {
+  std::string object;
   std::vector<std::string> approaches = {"normal", "center"};
   std::vector<double> gaps_m = {0.02, 0.035};
   int rolls_winding = 2, rolls_curvature = 4;
@@ -22,7 +23,7 @@ struct PlaceParams {
   double max_com_offset_m = 0.03;
   int min_fingers = 3;
   double max_penetration_m = 0.001;
-  double min_blocked_share = 1;
+  double min_blocked_share = 0.9;
   int max_per_candidate = 1;
   int max_grasps = 8;
   void visit(pipeline::Fields& fields);

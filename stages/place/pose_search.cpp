@@ -176,6 +176,7 @@ std::string PoseSearch::try_pose(Pose X_OH, double spread_rad, hands::Grasp& gra
   if (blocked < params_.min_blocked_share) return "leaves a way out";
   const double margin = hands::closure_margin(closed.contacts);
   grasp.hand = hand_.name;
+  grasp.object = params_.object;
   grasp.X_OH = hands::file_pose(X_OH);
   grasp.joints_rad = hands::joint_map(hand_.tree, closed.q);
   grasp.pregrasp_joints_rad = hands::joint_map(hand_.tree, closing.open);

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <fmt/format.h>
 #include <pcl/kdtree/kdtree_flann.h>
 
 #include "pipeline/error.h"
 #include "stages/reconstruct/surfaces.h"
+#include "stages/reconstruct/unseen.h"
 
 namespace geocage::stages {
 
@@ -20,9 +20,11 @@ void ReconstructParams::visit(pipeline::Fields& f) {
   f("depth", depth, {4, 10}, "of Poisson's octree: cells are 1.1 x the longest side / 2^depth");
   f("samples_per_node", samples_per_node, {1, 20},
     "points that Poisson wants in a cell; more of them smooth noise");
-  f("close_at_support", close_at_support,
-    "objects on a table: close the surface at the table instead of letting it balloon");
-  f("footprint_step_m", footprint_step_m, {0.0005, 0.1}, "distance of the points that close it there");
+  f("close_unseen", close_unseen,
+    "end the surface at the table and behind a single view instead of letting it balloon");
+  f("unseen_step_m", unseen_step_m, {0.0005, 0.1}, "distance of the points that end it there");
+  f("most_hole_edges", most_hole_edges, {0, 10000},
+    "holes of Poisson's surface with at most so many edges are filled");
   f("observed_m", observed_m, {0.0001, 0.1}, "surface this near to a point counts as observed");
   f("most_growth", most_growth, {1, 100},
     "Poisson's answer is refused when its box is so many times larger than the cloud's");
@@ -40,26 +42,6 @@ double diagonal_of(const std::vector<Vec3>& points) {
     high = high.cwiseMax(p);
   }
   return (high - low).norm();
-}
-
-/// Points on the table under the object, facing down: under each point of the cloud's footprint, and where a
-/// row of the footprint has points on both sides.
-PointCloud closed_at_support(const PointCloud& cloud, double step_m) {
-  const geometry::Plane& table = *cloud.support;
-  const Eigen::Matrix3d frame = geometry::frame_from_z(table.normal);
-  std::map<long, std::pair<long, long>> rows;  // v -> smallest and largest u
-  for (const Vec3& p : cloud.points) {
-    const long u = std::lround(frame.col(0).dot(p) / step_m), v = std::lround(frame.col(1).dot(p) / step_m);
-    const auto [it, fresh] = rows.try_emplace(v, u, u);
-    it->second = {std::min(it->second.first, u), std::max(it->second.second, u)};
-  }
-  PointCloud closed = cloud;
-  for (const auto& [v, range] : rows)
-    for (long u = range.first; u <= range.second; ++u) {
-      closed.points.push_back(frame * Vec3(u * step_m, v * step_m, table.offset_m));
-      closed.normals.push_back(-table.normal);
-    }
-  return closed;
 }
 
 /// The component with the most triangles, unused vertices dropped.
@@ -131,13 +113,13 @@ double observed_share(const TriangleMesh& mesh, const PointCloud& cloud, double 
 TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, const PointCloud& cloud) {
   if (cloud.normals.size() != cloud.size())
     throw pipeline::UserError(pipeline::Fault::geometry, "reconstruct", "the cloud has no normals");
-  const bool closed = params.close_at_support && cloud.support.has_value();
-  const PointCloud points = closed ? closed_at_support(cloud, params.footprint_step_m) : cloud;
+  const PointCloud points = params.close_unseen ? closed_where_unseen(cloud, params.unseen_step_m) : cloud;
   const double diagonal = diagonal_of(points.points);
 
   int dropped = 0;
   TriangleMesh mesh =
       largest_component(poisson_surface(points, params.depth, params.samples_per_node), dropped);
+  const int holes = fill_holes(mesh, params.most_hole_edges);
   geometry::orient_outward(mesh);
   int answered_by = 0;
   if (const std::string why = objection(mesh, diagonal, params.most_growth); !why.empty()) {
@@ -154,6 +136,8 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
                               "scan from more sides, or lower reconstruct.depth");
   run.metric("answered_by", answered_by);
   run.metric("components_dropped", dropped);
+  run.metric("holes_filled", holes);
+  run.metric("points_added", static_cast<double>(points.size() - cloud.size()));
   run.metric("vertices", report.vertices);
   run.metric("euler", report.euler);
   run.metric("observed_share", observed_share(mesh, cloud, params.observed_m));

@@ -8,8 +8,9 @@ namespace geocage::stages {
 struct ReconstructParams {
   int depth = 7;
   double samples_per_node = 4;
-  bool close_at_support = true;
-  double footprint_step_m = 0.003;
+  bool close_unseen = true;
+  double unseen_step_m = 0.003;
+  int most_hole_edges = 40;
   double observed_m = 0.004;
   double most_growth = 1.5;
   double wrap_alpha = 0.05;

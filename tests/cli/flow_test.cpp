@@ -222,7 +222,7 @@ TEST_F(FlowRun, SweepMakesAVariantALevel) {
   const json answer = run({"--until", "scan"}, swept);
   const auto states = states_of(answer);
   EXPECT_EQ(answer["counts"]["in"], 4);
-  EXPECT_TRUE(states.contains("bottle@scan.sigma_m=0.001,scan.seed=2/scan"));
+  EXPECT_TRUE(states.contains("bottle@scan.seed=2,scan.sigma_m=0.001/scan"));
 }
 
 }  // namespace

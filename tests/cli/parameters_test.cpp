@@ -39,7 +39,8 @@ TEST(Parameters, VisitNamesEveryMember) {
   StageParameters parameters;
   for_each_stage(parameters, [](const char* stage, int, const char*, auto& params) {
     constexpr std::size_t count = members<std::remove_reference_t<decltype(params)>>();
-    EXPECT_EQ(pipeline::fields_of(params).list().size(), count) << stage;
+    const auto fields = pipeline::fields_of(params);
+    EXPECT_EQ(fields.list().size(), count) << stage;
   });
 }
 

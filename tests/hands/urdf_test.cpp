@@ -3,6 +3,12 @@
 #include "hands/kinematics.h"
 #include "pipeline/error.h"
 
+// urdfdom's links hold each other by shared pointers: a cyclic model, which it refuses itself, is never
+// freed.
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:liburdfdom_model";
+}
+
 namespace geocage::hands {
 namespace {
 

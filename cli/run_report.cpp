@@ -1,0 +1,143 @@
+#include "cli/run_report.h"
+
+#include <ctime>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "pipeline/digest.h"
+
+namespace geocage::cli {
+
+namespace fs = std::filesystem;
+using pipeline::SlotResult;
+using pipeline::SlotState;
+
+std::string_view word(PairOutcome outcome) {
+  constexpr std::string_view words[] = {"done", "failed", "rejected", "skipped"};
+  return words[static_cast<int>(outcome)];
+}
+
+namespace {
+
+using Slots = std::map<std::string, const SlotResult*>;
+
+PairResult result_of(const FlowPair& pair, const Slots& slots) {
+  PairResult result{pair.object, pair.hand, "", PairOutcome::done};
+  const auto end = [&](PairOutcome outcome, std::string sentence) {
+    result.outcome = outcome;
+    result.sentence = std::move(sentence);
+    return result;
+  };
+  if (!pair.skipped.empty()) return end(PairOutcome::skipped, pair.skipped);
+  if (!pair.failed.empty()) return end(PairOutcome::failed, pair.failed);
+  for (const auto& name : pair.slots) {
+    const auto it = slots.find(name);
+    if (it == slots.end()) continue;  // not asked for
+    const SlotResult& slot = *it->second;
+    if (slot.state == SlotState::failed) return end(PairOutcome::failed, slot.sentence);
+    if (slot.state == SlotState::skipped) return end(PairOutcome::skipped, slot.slot + ": " + slot.sentence);
+    const auto grasps = slot.metrics.find("grasps");
+    if (name == pair.place_slot && grasps != slot.metrics.end() && grasps->second == 0)
+      return end(PairOutcome::rejected, "no pose of the hand passed all rules of place");
+  }
+  return result;
+}
+
+fs::path folder_of(const Slots& slots, const std::string& name) {
+  const auto it = slots.find(name);
+  return it == slots.end() ? fs::path() : it->second->folder;
+}
+
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M UTC", &utc);
+  return text;
+}
+
+reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
+  Slots slots;
+  for (const auto& slot : summary.slots) slots[slot.slot] = &slot;
+  reports::ReportInput input;
+  input.title = flow.name;
+  input.flow_text = flow.text;
+  input.counts = summary.counts;
+  input.hands = flow.hands;
+  input.parameters = flow.parameters;
+  for (std::size_t i = 0; i < flow.pairs.size(); ++i) {
+    const FlowPair& pair = flow.pairs[i];
+    const PairResult& result = summary.pairs[i];
+    reports::PairInput& shown = input.pairs.emplace_back();
+    shown.object = pair.object;
+    shown.hand = pair.hand;
+    shown.outcome = word(result.outcome);
+    shown.sentence = result.sentence;
+    shown.source = pair.source;
+    shown.truth_known = pair.truth_known;
+    shown.up_O = pair.up_O;
+    shown.cloud = folder_of(slots, pair.object + "/cloud");
+    shown.scores = folder_of(slots, pair.score_slot);
+    shown.grasps = folder_of(slots, pair.place_slot);
+    shown.trajectories = folder_of(slots, pair.approach_slot);
+    shown.evaluations = folder_of(slots, pair.evaluate_slot);
+  }
+  for (const auto& slot : summary.slots)
+    input.slots.push_back({slot.slot, slot.stage, std::string(pipeline::word(slot.state)), slot.seconds,
+                           slot.made_seconds, slot.folder, slot.sentence, slot.metrics});
+  char host[256] = {};
+  gethostname(host, sizeof host - 1);
+  input.run = {{"geocage", GEOCAGE_VERSION}, {"host", host}, {"written", now_utc()}};
+  return input;
+}
+
+/// The digest of all that a report shows but the moment it was written: when it is the same, so is the
+/// report.
+std::string stamp_of(const reports::ReportInput& input) {
+  std::ostringstream text;
+  text << "geocage-report 1 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
+  for (const auto& pair : input.pairs)
+    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.sentence << "\n";
+  for (const auto& slot : input.slots)
+    text << slot.slot << " " << slot.folder.filename().string() << " " << slot.made_seconds << " "
+         << slot.sentence << "\n";
+  for (const auto& [slot, parameters] : input.parameters)
+    for (const auto& [name, value] : parameters) text << slot << " " << name << " = " << value << "\n";
+  return pipeline::sha256_of(text.str());
+}
+
+}  // namespace
+
+RunSummary summarise(const Flow& flow, std::vector<SlotResult> results) {
+  RunSummary summary;
+  summary.slots = std::move(results);
+  Slots slots;
+  for (const auto& slot : summary.slots) slots[slot.slot] = &slot;
+  auto& counts = summary.counts;
+  for (const auto& pair : flow.pairs) {
+    summary.pairs.push_back(result_of(pair, slots));
+    int* const tallies[] = {&counts.done, &counts.failed, &counts.rejected, &counts.skipped};
+    ++*tallies[static_cast<int>(summary.pairs.back().outcome)];
+    ++counts.in;
+  }
+  return summary;
+}
+
+fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder) {
+  const auto input = input_of(flow, summary);
+  const std::string stamp = stamp_of(input);
+  const fs::path stamp_file = folder / "report.key", page = folder / "index.html";
+  std::string known;
+  std::getline(std::ifstream(stamp_file), known);
+  if (known == stamp && fs::exists(page)) return page;
+  const fs::path written = reports::write_report(input, folder);
+  std::ofstream(stamp_file) << stamp << "\n";
+  return written;
+}
+
+}  // namespace geocage::cli

@@ -1,0 +1,42 @@
+#pragma once
+#include "geometry/cloud.h"
+#include "geometry/distance_field.h"
+#include "hands/grasp.h"
+#include "motion/aico.h"
+#include "motion/trajectory.h"
+#include "pipeline/stage.h"
+
+namespace geocage::stages {
+
+struct ApproachParams {
+  double start_m = 0.3;
+  double retreat_m = 0.12;
+  int steps = 50;
+  int closing_steps = 20;
+  double margin_m = 0.012;
+  double collision_precision = 0.5;
+  double goal_precision = 1e4;
+  double limits_precision = 10;
+  double tolerance_m = 0.0005;
+  double closing_tolerance_m = 0.003;
+  double base_speed_m_s = 0.25;
+  double base_turn_rad_s = 1;
+  double base_acceleration_m_s2 = 1;
+  double joint_acceleration_rad_s2 = 10;
+  double damping = 0.01;
+  int max_sweeps = 40;
+  void visit(pipeline::Fields& f);
+};
+
+/// The way of a floating hand to each grasp: open and far, along the approach axis (or a tilted one where
+/// that collides) to the grasp's pose, then closing, proximal joints first. The open part is smoothed by
+/// kinematic AICO and kept if its sampled clearance is no worse than `tolerance_m`; else the scripted
+/// polyline answers if it is free; else the outcome says why there is no path. Every grasp has an entry.
+/// `certified` is false: clearance is sampled (2 mm), not proven. The cloud lends its support plane.
+motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
+                               const hands::GraspSet& grasps, const geometry::SignedDistanceField& field,
+                               const geometry::PointCloud& support_cloud, const hands::Hand& hand);
+
+inline constexpr pipeline::Stage approach_stage{"approach", 1, &approach};
+
+}  // namespace geocage::stages

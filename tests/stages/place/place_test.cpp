@@ -1,0 +1,223 @@
+#include "stages/place/place.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "datasets/shapes.h"
+#include "geometry/mesh_files.h"
+#include "tests/pipeline/scratch_folder.h"
+
+namespace geocage::stages {
+namespace {
+
+using geometry::Pose;
+using geometry::Vec3;
+
+constexpr double radius_m = 0.035, half_height_m = 0.06;
+
+/// A cylinder about z, and one candidate on its side at `height_m`.
+struct Scene {
+  topology::Scores scores;
+  geometry::SignedDistanceField field;
+  geometry::PointCloud cloud;
+  hands::Hand hand = hands::load_hand("schunk_sdh");
+  pipeline::Run run;
+
+  explicit Scene(double height_m = 0, const std::string& heuristic = "winding") {
+    scores.mesh = datasets::capped_cylinder(radius_m, 2 * half_height_m, 64);
+    scores.ball.radius_m = 0.06;
+    scores.candidates = {candidate(height_m, heuristic)};
+    field = geometry::build_distance_field(scores.mesh, {.cells = 40, .pad_m = 0.03, .refine = 2});
+  }
+
+  static topology::Candidate candidate(double height_m, const std::string& heuristic) {
+    topology::Candidate c;
+    c.heuristic = heuristic;
+    c.p_O = Vec3(radius_m, 0, height_m);
+    c.n_O = Vec3::UnitX();
+    c.center_O = Vec3(0, 0, height_m);
+    c.axis_O = Vec3::UnitZ();
+    return c;
+  }
+
+  hands::GraspSet place(const PlaceParams& params = {}) {
+    return stages::place(params, run, scores, field, cloud, hand);
+  }
+
+  std::vector<hands::PlacedCapsule> capsules(const hands::Grasp& grasp,
+                                             const std::map<std::string, double>& joints) {
+    std::vector<Pose> X_HL;
+    std::vector<hands::PlacedCapsule> placed;
+    hands::forward_kinematics(hand.tree, hands::joint_vector(hand.tree, joints, "test"), X_HL);
+    hands::place_capsules(hand, grasp.X_OH, X_HL, placed);
+    return placed;
+  }
+};
+
+/// Distance of a capsule's surface to the exact cylinder, from 200 points of its axis (0.25 mm apart or
+/// less).
+double distance_to_cylinder_m(const hands::PlacedCapsule& capsule) {
+  double nearest = 1;
+  for (int i = 0; i <= 200; ++i) {
+    const Vec3 p = capsule.a + i / 200.0 * (capsule.b - capsule.a);
+    const double side = std::hypot(p.x(), p.y()) - radius_m, cap = std::abs(p.z()) - half_height_m;
+    nearest = std::min(
+        nearest, std::hypot(std::max(side, 0.0), std::max(cap, 0.0)) + std::min(std::max(side, cap), 0.0));
+  }
+  return nearest - capsule.radius_m;
+}
+
+int sum(const std::map<std::string, int>& counts) {
+  int total = 0;
+  for (const auto& [rule, count] : counts) total += count;
+  return total;
+}
+
+TEST(Place, WrapsACylinderInThePlaneAcrossItsAxis) {
+  Scene scene;
+  const auto set = scene.place({.max_per_candidate = 100, .max_grasps = 100});
+  ASSERT_FALSE(set.grasps.empty());
+  for (const auto& grasp : set.grasps) {
+    EXPECT_EQ(grasp.hand, "schunk_sdh");
+    EXPECT_EQ(grasp.heuristic, "winding");
+    EXPECT_LT((grasp.X_OH.linear() * Vec3::UnitZ() + Vec3::UnitX()).norm(), 1e-9)
+        << "the palm faces the surface";
+    EXPECT_NEAR(std::abs((grasp.X_OH.linear() * Vec3::UnitY()).z()), 1, 1e-9) << "it closes across the axis";
+    EXPECT_EQ(grasp.scores.at("fingers"), 3);
+    EXPECT_NEAR(grasp.scores.at("blocked_share"), 40 / 42.0, 1e-9)
+        << "all ways out but the two along the axis";
+    double base = 1, fingers = 1;
+    const auto placed = scene.capsules(grasp, grasp.joints_rad);
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      const std::string& link = scene.hand.tree.links[scene.hand.capsules[i].link];
+      double& nearest = link == "palm" || link.ends_with("1") ? base : fingers;
+      nearest = std::min(nearest, distance_to_cylinder_m(placed[i]));
+    }
+    EXPECT_GT(fingers, -0.001) << "no finger is inside";
+    EXPECT_LT(fingers, 0.001) << "some finger touches";
+    // First contact is found to 1 mm and 0.5 mm deep; the spread turns the knuckles by 3 mm at most.
+    EXPECT_NEAR(base, grasp.scores.at("gap_m"), 0.0045);
+    for (const auto& capsule : scene.capsules(grasp, grasp.pregrasp_joints_rad))
+      EXPECT_GT(distance_to_cylinder_m(capsule), 0.0015)
+          << "the open hand is free (2 mm, field error 0.1 mm)";
+  }
+}
+
+TEST(Place, AccountsForEveryPose) {
+  Scene scene;
+  scene.scores.candidates.push_back(Scene::candidate(0.01, "curvature"));
+  const auto set = scene.place({.max_grasps = 1});
+  EXPECT_EQ(set.grasps.size(), 1u);
+  // approaches x gaps x spreads x (2 rolls for winding + 4 for curvature)
+  EXPECT_EQ(scene.run.metrics().at("poses"), 2 * 2 * 2 * (2 + 4));
+  EXPECT_EQ(scene.run.metrics().at("poses"), sum(set.rejected) + 1);
+  EXPECT_GT(set.rejected.at("outranked"), 0);
+  for (const auto& [rule, count] : set.rejected)
+    EXPECT_EQ(scene.run.metrics().at("rejected: " + rule), count);
+}
+
+TEST(Place, RanksByWhatTheClosedHandBlocks) {
+  Scene scene;
+  const auto all = scene.place({.max_per_candidate = 100, .max_grasps = 100}).grasps;
+  ASSERT_GT(all.size(), 1u);
+  for (std::size_t i = 1; i < all.size(); ++i)
+    EXPECT_GE(all[i - 1].scores.at("rank"), all[i].scores.at("rank"));
+  for (const auto& grasp : all)
+    EXPECT_DOUBLE_EQ(grasp.scores.at("rank"),
+                     grasp.scores.at("blocked_share") + 0.3 * grasp.scores.at("closure_margin"));
+  const auto best = scene.place().grasps;
+  ASSERT_EQ(best.size(), 1u) << "one grasp a candidate";
+  EXPECT_EQ(best[0].X_OH.matrix(), all[0].X_OH.matrix());
+}
+
+TEST(Place, KeepsOffTheSupportAndLiftsTheHandForIt) {
+  Scene scene(-0.03);
+  const PlaceParams params{.max_com_offset_m = 0.05, .max_per_candidate = 100, .max_grasps = 100};
+  const auto floating = scene.place(params);
+  scene.cloud.support = geometry::Plane{Vec3::UnitZ(), -half_height_m};
+  const auto lowest = [&](const hands::Grasp& grasp) {
+    double low = 1;
+    for (const auto* joints : {&grasp.joints_rad, &grasp.pregrasp_joints_rad})
+      for (const auto& capsule : scene.capsules(grasp, *joints))
+        low = std::min({low, capsule.a.z() - capsule.radius_m, capsule.b.z() - capsule.radius_m});
+    return low + half_height_m;
+  };
+  double below = 1;
+  for (const auto& grasp : floating.grasps) below = std::min(below, lowest(grasp));
+  EXPECT_LT(below, 0)
+      << "without the rule a hand would reach into the table: the palm is 61 mm wide to each side";
+  const auto standing = scene.place(params);
+  ASSERT_FALSE(standing.grasps.empty());
+  for (const auto& grasp : standing.grasps) {
+    EXPECT_GE(lowest(grasp), params.support_clearance_m - 1e-6);
+    EXPECT_GT(grasp.scores.at("lift_m"), 0.03) << "61 mm of palm, 30 mm of room";
+  }
+  auto unliftable = params;
+  unliftable.max_lift_m = 0;
+  const auto none = scene.place(unliftable);
+  EXPECT_TRUE(none.grasps.empty());
+  EXPECT_GT(none.rejected.at("too near the support"), 0);
+}
+
+TEST(Place, NoGraspIsAResultWithItsReasons) {
+  Scene scene(0.05);
+  const auto set = scene.place();
+  EXPECT_TRUE(set.grasps.empty());
+  EXPECT_EQ(set.rejected, (std::map<std::string, int>{{"far from the centre of mass", 16}}))
+      << "50 mm from the line";
+  scene.scores.candidates.clear();
+  EXPECT_TRUE(scene.place().grasps.empty());
+}
+
+TEST(Place, GivesTheSameBytesForAnyNumberOfThreads) {
+  const auto bytes = [](int threads) {
+    omp_set_num_threads(threads);
+    Scene scene;
+    for (double height : {0.005, 0.01, 0.015})
+      scene.scores.candidates.push_back(Scene::candidate(height, "curvature"));
+    const tests::ScratchFolder folder;
+    save_artefact(scene.place({.max_per_candidate = 3}), folder.path());
+    std::string text;
+    for (const char* file : {"grasps.json", "rejected.json"}) {
+      std::ifstream in(folder / file, std::ios::binary);
+      text.append(std::istreambuf_iterator<char>(in), {});
+    }
+    return text;
+  };
+  const std::string one = bytes(1);
+  EXPECT_GT(one.size(), 1000u);
+  EXPECT_EQ(one, bytes(2));
+  EXPECT_EQ(one, bytes(5));
+}
+
+TEST(Place, FindsHoldsOnAScannedMug) {
+  const char* objects = std::getenv("GEOCAGE_TEST_OBJECTS");
+  if (!objects) GTEST_SKIP() << "GEOCAGE_TEST_OBJECTS names no folder of meshes";
+  Scene scene;
+  scene.scores.mesh = geometry::read_mesh(std::filesystem::path(objects) / "mug.stl");
+  scene.field = geometry::build_distance_field(scene.scores.mesh, {});
+  const auto normals = geometry::vertex_normals(scene.scores.mesh);
+  const Vec3 center = geometry::mass_properties(scene.scores.mesh).center;
+  scene.scores.candidates.clear();
+  for (std::size_t v = 0; v < normals.size(); v += normals.size() / 12) {
+    auto candidate = Scene::candidate(0, "curvature");
+    candidate.p_O = scene.scores.mesh.vertices[v];
+    candidate.n_O = normals[v];
+    candidate.center_O = center;
+    scene.scores.candidates.push_back(candidate);
+  }
+  const auto set = scene.place();
+  EXPECT_EQ(scene.run.metrics().at("poses"), sum(set.rejected) + static_cast<double>(set.grasps.size()));
+  ASSERT_FALSE(set.grasps.empty());
+  for (const auto& grasp : set.grasps)
+    for (const auto& capsule : scene.capsules(grasp, grasp.joints_rad))
+      for (int i = 0; i <= 40; ++i)  // unsigned distance by brute force: thin walls have no deep inside
+        EXPECT_GT(geometry::brute_force_distance_m(scene.scores.mesh,
+                                                   capsule.a + i / 40.0 * (capsule.b - capsule.a)),
+                  capsule.radius_m - 0.001);
+}
+
+}  // namespace
+}  // namespace geocage::stages
