@@ -12,21 +12,63 @@ namespace geocage::geometry {
 
 namespace {
 
-/// A mesh in Embree, for closest points and rays. Rays and boxes are in single precision, distances in
-/// double.
+/// Squared distance of the point r from the segment between 0 and `along`.
+double segment_distance2(const Vec3& r, const Vec3& along) {
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0 ? std::clamp(r.dot(along) / length2, 0.0, 1.0) : 0;
+  return (r - t * along).squaredNorm();
+}
+
+/// A triangle made ready for many distances.
+struct Facet {
+  Vec3 a, ab, ac;
+  Vec3 normal, to_b, to_c;  ///< NaN for a triangle without area, which then counts as its sides
+
+  Facet(const Vec3& corner_a, const Vec3& b, const Vec3& c) : a(corner_a), ab(b - a), ac(c - a) {
+    const Vec3 n = ab.cross(ac);
+    normal = n / n.norm();
+    to_b = ac.cross(n) / n.squaredNorm();
+    to_c = n.cross(ab) / n.squaredNorm();
+  }
+
+  /// Squared distance of p where it is less than `limit2`, else `limit2`.
+  double distance2(const Vec3& p, double limit2) const {
+    const Vec3 ap = p - a;
+    const double height = normal.dot(ap);
+    if (height * height >= limit2) return limit2;
+    // Barycentric coordinates of the foot of p. Outside, the nearest point lies on a side that the foot is
+    // beyond.
+    const double at_b = to_b.dot(ap), at_c = to_c.dot(ap), at_a = 1 - at_b - at_c;
+    if (at_a >= 0 && at_b >= 0 && at_c >= 0) return height * height;
+    double least = limit2;
+    if (!(at_c >= 0)) least = std::min(least, segment_distance2(ap, ab));
+    if (!(at_b >= 0)) least = std::min(least, segment_distance2(ap, ac));
+    if (!(at_a >= 0)) least = std::min(least, segment_distance2(ap - ab, ac - ab));
+    return least;
+  }
+};
+
+/// A mesh in Embree, for closest points and rays: moved to the origin, since Embree's boxes and rays are in
+/// single precision. Distances are in double.
 class Surface {
  public:
-  explicit Surface(const TriangleMesh& mesh)
-      : mesh_(mesh), device_(rtcNewDevice("threads=1,set_affinity=0")), scene_(rtcNewScene(device_)) {
+  Surface(const TriangleMesh& mesh, const Vec3& center, double extent_m)
+      : center_(center),
+        slack_m_(1e-6 * extent_m),
+        device_(rtcNewDevice("threads=1,set_affinity=0")),
+        scene_(rtcNewScene(device_)) {
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
     for (const Vec3& p : mesh.vertices)
-      for (int i = 0; i < 3; ++i) *vertices++ = static_cast<float>(p[i]);
+      for (int i = 0; i < 3; ++i) *vertices++ = static_cast<float>(p[i] - center[i]);
     auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    for (const auto& t : mesh.triangles)
+    for (const auto& t : mesh.triangles) {
       for (int v : t) *indices++ = static_cast<unsigned>(v);
+      facets_.emplace_back(mesh.vertices[t[0]] - center, mesh.vertices[t[1]] - center,
+                           mesh.vertices[t[2]] - center);
+    }
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
@@ -43,8 +85,9 @@ class Surface {
 
   /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest
   /// one.
-  double distance_m(const Vec3& p, unsigned& nearest) const {
-    Query query{this, p, distance2(p, nearest), nearest};
+  double distance_m(const Vec3& p_O, unsigned& nearest) const {
+    const Vec3 p = p_O - center_;
+    Query query{this, p, facets_[nearest].distance2(p, infinity), nearest};
     RTCPointQuery ball{};
     ball.x = static_cast<float>(p.x());
     ball.y = static_cast<float>(p.y());
@@ -58,7 +101,8 @@ class Surface {
   }
 
   /// True when p is inside: a majority of fixed rays meets its first triangle from behind.
-  bool inside(const Vec3& p) const {
+  bool inside(const Vec3& p_O) const {
+    const Vec3 p = p_O - center_;
     constexpr float directions[5][3] = {{0.577f, 0.601f, 0.553f},
                                         {-0.613f, 0.251f, 0.749f},
                                         {0.137f, -0.911f, 0.389f},
@@ -92,27 +136,24 @@ class Surface {
     double best2;
     unsigned nearest;
   };
-  /// A little more than the best distance, since Embree's boxes are floats.
-  static float search_radius(double best2) {
-    return static_cast<float>(std::sqrt(best2) * (1 + 1e-5) + 1e-7);
-  }
-  double distance2(const Vec3& p, unsigned triangle) const {
-    const auto& t = mesh_.triangles[triangle];
-    return (closest_point_on_triangle(p, mesh_.vertices[t[0]], mesh_.vertices[t[1]], mesh_.vertices[t[2]]) -
-            p)
-        .squaredNorm();
+  /// A little more than the best distance, by what single precision may lose.
+  float search_radius(double best2) const {
+    return static_cast<float>(std::sqrt(best2) * (1 + 1e-5) + slack_m_);
   }
   static bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
     auto& query = *static_cast<Query*>(arguments->userPtr);
-    const double d2 = query.surface->distance2(query.p, arguments->primID);
+    const double d2 = query.surface->facets_[arguments->primID].distance2(query.p, query.best2);
     if (d2 >= query.best2) return false;
     query.best2 = d2;
     query.nearest = arguments->primID;
-    arguments->query->radius = search_radius(d2);
+    arguments->query->radius = query.surface->search_radius(d2);
     return true;
   }
 
-  const TriangleMesh& mesh_;
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Vec3 center_;
+  const double slack_m_;
+  std::vector<Facet> facets_;
   RTCDevice device_;
   RTCScene scene_;
 };
@@ -232,7 +273,7 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
   field.refine = grid.refine;
   for (int i = 0; i < 3; ++i) field.nodes[i] = static_cast<int>(std::ceil(size[i] / field.cell_m - 1e-9)) + 1;
 
-  const Surface surface(mesh);
+  const Surface surface(mesh, (report.box_min + report.box_max) / 2, report.diagonal_m());
   const Lattice coarse{field.origin, field.cell_m, field.nodes};
   measure_coarse(surface, coarse, field.coarse);
 

@@ -46,9 +46,7 @@ double gauss_linking_integral(const Polyline& first, const Polyline& second) {
 double writhe_of_closed(const Polyline& curve) {
   Polyline closed = curve;
   closed.push_back(curve.front());
-  Eigen::MatrixXd omega = writhe_matrix(closed, closed);
-  omega.diagonal().setZero();
-  return omega.sum() / (4 * M_PI);
+  return gauss_linking_integral(closed, closed);  // a segment sees nothing of itself
 }
 
 double winding_number(const Polyline& curve, const Vec3& center, const Vec3& normal, Turning turning) {

@@ -25,27 +25,77 @@ bool same_bytes(const SignedDistanceField& a, const SignedDistanceField& b) {
          a.origin == b.origin && a.cell_m == b.cell_m && a.nodes == b.nodes && a.refine == b.refine;
 }
 
-/// Every node against brute force and the winding number.
+/// A node's value against brute force and the winding number.
+void expect_exact(const TriangleMesh& mesh, const Vec3& p, double value) {
+  const double distance = brute_force_distance_m(mesh, p);
+  // Stored as float; the closest triangle itself is found in double.
+  EXPECT_NEAR(std::abs(value), distance, 1e-6 * distance + 1e-9) << p.transpose();
+  const bool inside = winding_number_of_mesh(mesh, p) > 0.5;
+  EXPECT_TRUE(distance < 1e-6 || (value < 0) == inside) << p.transpose();
+}
+
+/// Node i of a lattice with n nodes along x and y.
+std::array<int, 3> node_of(std::ptrdiff_t i, std::ptrdiff_t nx, std::ptrdiff_t ny) {
+  return {static_cast<int>(i % nx), static_cast<int>(i / nx % ny), static_cast<int>(i / (nx * ny))};
+}
+
+/// Nodes here and there, coarse ones and fine ones.
 void expect_exact_nodes(const TriangleMesh& mesh, const SignedDistanceField& field) {
   std::mt19937_64 random(1);
+  const int n = field.refine + 1;
+  std::vector<std::ptrdiff_t> cell_of_block;
+  for (std::size_t cell = 0; cell < field.block.size(); ++cell)
+    if (field.block[cell] >= 0) cell_of_block.push_back(static_cast<std::ptrdiff_t>(cell));
+  ASSERT_EQ(field.fine.size(), cell_of_block.size() * static_cast<std::size_t>(n * n * n));
   for (int i = 0; i < 400; ++i) {
-    std::array<int, 3> at;
-    for (int k = 0; k < 3; ++k) at[k] = std::uniform_int_distribution<>(0, field.nodes[k] - 1)(random);
-    const Vec3 p = field.origin + field.cell_m * Vec3(at[0], at[1], at[2]);
-    const double value =
-        field.coarse[at[0] + field.nodes[0] * (at[1] + std::ptrdiff_t(field.nodes[1]) * at[2])];
-    const double distance = brute_force_distance_m(mesh, p);
-    // Stored as float; the closest triangle itself is found in double.
-    EXPECT_NEAR(std::abs(value), distance, 1e-6 * distance + 1e-9);
-    const bool inside = winding_number_of_mesh(mesh, p) > 0.5;
-    EXPECT_TRUE(distance < 1e-6 || (value < 0) == inside) << p.transpose();
+    const auto node = static_cast<std::ptrdiff_t>(random() % field.coarse.size());
+    const auto [x, y, z] = node_of(node, field.nodes[0], field.nodes[1]);
+    expect_exact(mesh, field.origin + field.cell_m * Vec3(x, y, z), field.coarse[node]);
+
+    const auto fine = static_cast<std::ptrdiff_t>(random() % field.fine.size());
+    const auto [cx, cy, cz] =
+        node_of(cell_of_block[fine / (n * n * n)], field.nodes[0] - 1, field.nodes[1] - 1);
+    const auto [fx, fy, fz] = node_of(fine % (n * n * n), n, n);
+    expect_exact(mesh, field.origin + field.cell_m * (Vec3(cx, cy, cz) + Vec3(fx, fy, fz) / field.refine),
+                 field.fine[fine]);
   }
 }
 
 TEST(DistanceField, NodesAreExactOnEveryShape) {
   for (const auto& mesh : {datasets::icosphere(0.05, 3), datasets::torus(0.05, 0.012, 48, 24),
-                           datasets::box({0.06, 0.08, 0.03}, 2), datasets::cup(0.04, 0.1, 0.003, 48)})
-    expect_exact_nodes(mesh, build_distance_field(mesh, {24, 0.02, 2}));
+                           datasets::box({0.06, 0.08, 0.03}, 2), datasets::cup(0.04, 0.1, 0.003, 48)}) {
+    auto turned = mesh;  // every side is first, second or third somewhere
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+      auto& t = turned.triangles[f];
+      std::rotate(t.begin(), t.begin() + static_cast<int>(f * 7 / 3 % 3), t.end());
+    }
+    expect_exact_nodes(turned, build_distance_field(turned, {24, 0.02, 2}));
+  }
+}
+
+// Single precision keeps 0.1 mm at 1 km: the search must not feel where the origin is.
+TEST(DistanceField, NodesAreExactFarFromTheOrigin) {
+  auto mesh = datasets::torus(0.05, 0.012, 48, 24);
+  for (Vec3& p : mesh.vertices) p += Vec3(1000, -800, 1200);
+  expect_exact_nodes(mesh, build_distance_field(mesh, {24, 0.02, 3}));
+}
+
+// Walls of 2 mm: wherever the surface is farther than the interpolation errs, a point is on its right side.
+TEST(DistanceField, RandomPointsAreOnTheirSide) {
+  for (const auto& mesh : {datasets::cup(0.04, 0.1, 0.002, 64), datasets::box({0.1, 0.1, 0.002}, 8),
+                           datasets::torus(0.05, 0.012, 48, 24)}) {
+    const auto field = build_distance_field(mesh, {64, 0.03, 4});
+    const auto report = check_mesh(mesh);
+    std::mt19937_64 random(4);
+    for (int i = 0; i < 1500; ++i) {
+      const Vec3 p = random_point(random, report.box_min, report.box_max);
+      // The corners' distances differ from that of p by their ways to p at most; the weighted mean of these
+      // ways is at most sqrt(3)/2 of a fine cell.
+      const double unsure = std::sqrt(3.0) / 2 * field.cell_m / field.refine;
+      if (brute_force_distance_m(mesh, p) <= unsure) continue;
+      ASSERT_EQ(field.value(p) < 0, winding_number_of_mesh(mesh, p) > 0.5) << p.transpose();
+    }
+  }
 }
 
 // A wall of 2 mm in cells of 3 mm: without the fine blocks it would have no inside.

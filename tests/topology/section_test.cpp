@@ -10,12 +10,11 @@
 namespace geocage::topology {
 namespace {
 
-Section cut(const geometry::TriangleMesh& mesh, const std::vector<int>& triangles, const Vec3& p, const Vec3& center,
-            const Vec3& axis) {
+Section cut(const geometry::TriangleMesh& mesh, const std::vector<int>& triangles, const Vec3& p,
+            const Vec3& center, const Vec3& axis) {
   const NumberedEdges edges(mesh);
   return Cutter(mesh, edges).cut(triangles, p, center, axis);
 }
-
 
 using geometry::TriangleMesh;
 
