@@ -143,7 +143,7 @@ void run_contained(const WorkerLimits& limits, const std::string& where,
   const bool in_time = wait_for(child, limits.seconds, status);
   const auto fail = [&](const std::string& sentence) {
     throw UserError(Fault::input, where, sentence,
-                    "the file is probably broken; write it anew with another tool");
+                    "if it is a file, it is probably broken: write it anew with another tool");
   };
   const bool signalled = WIFSIGNALED(status);
   if (!in_time || (signalled && WTERMSIG(status) == SIGXCPU))

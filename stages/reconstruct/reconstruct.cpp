@@ -7,6 +7,7 @@
 #include <pcl/kdtree/kdtree_flann.h>
 
 #include "pipeline/error.h"
+#include "pipeline/worker.h"
 #include "stages/reconstruct/surfaces.h"
 #include "stages/reconstruct/unseen.h"
 
@@ -30,6 +31,8 @@ void ReconstructParams::visit(pipeline::Fields& f) {
     "Poisson's answer is refused when its box is so many times larger than the cloud's");
   f("wrap_alpha", wrap_alpha, {0.005, 1},
     "alpha wrap: size of the openings it closes, in diagonals of the cloud");
+  f("timeout_s", timeout_s, {1, 3600}, "how long Poisson may take");
+  f("memory_gib", memory_gib, {0.1, 64}, "how much memory Poisson may take");
   f("seed", seed, "of CGAL's random source");
 }
 
@@ -88,6 +91,14 @@ std::string objection(const TriangleMesh& mesh, double cloud_diagonal, double mo
   return growth <= most_growth ? "" : fmt::format("its box is {:.2f} times as large as the cloud's", growth);
 }
 
+/// Poisson's surface, made in a worker process: PCL's keeps global state, so that two at once in one process
+/// crash.
+TriangleMesh contained_poisson(const ReconstructParams& params, const PointCloud& points) {
+  return pipeline::contained<TriangleMesh>({params.timeout_s, params.memory_gib}, "reconstruct", [&] {
+    return poisson_surface(points, params.depth, params.samples_per_node);
+  });
+}
+
 /// Share of the surface's area that lies within `near_m` of a point.
 double observed_share(const TriangleMesh& mesh, const PointCloud& cloud, double near_m) {
   pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
@@ -116,13 +127,18 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
   const PointCloud points = params.close_unseen ? closed_where_unseen(cloud, params.unseen_step_m) : cloud;
   const double diagonal = diagonal_of(points.points);
 
-  int dropped = 0;
-  TriangleMesh mesh =
-      largest_component(poisson_surface(points, params.depth, params.samples_per_node), dropped);
-  const int holes = fill_holes(mesh, params.most_hole_edges);
-  geometry::orient_outward(mesh);
-  int answered_by = 0;
-  if (const std::string why = objection(mesh, diagonal, params.most_growth); !why.empty()) {
+  int dropped = 0, holes = 0, answered_by = 0;
+  TriangleMesh mesh;
+  std::string why;
+  try {
+    mesh = largest_component(contained_poisson(params, points), dropped);
+    holes = fill_holes(mesh, params.most_hole_edges);
+    geometry::orient_outward(mesh);
+    why = objection(mesh, diagonal, params.most_growth);
+  } catch (const pipeline::UserError& error) {
+    why = error.sentence();
+  }
+  if (!why.empty()) {
     run.log("Poisson's surface is not taken: " + why + "; an alpha wrap answers");
     answered_by = 1;
     const double alpha = params.wrap_alpha * diagonal;

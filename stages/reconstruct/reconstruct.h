@@ -14,6 +14,8 @@ struct ReconstructParams {
   double observed_m = 0.004;
   double most_growth = 1.5;
   double wrap_alpha = 0.05;
+  double timeout_s = 60;
+  double memory_gib = 8;
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };
