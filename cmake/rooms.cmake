@@ -35,11 +35,18 @@ function(geocage_stage_room name)
   _geocage_room("stage" stage_${name} "${GEOCAGE_LIBRARIES}" ${ARGN})
 endfunction()
 
-# geocage_test(topology SOURCES writhe_test.cpp ROOMS topology): one GoogleTest binary for a room, run by CTest.
+# geocage_test(topology SOURCES writhe_test.cpp ROOMS topology): one GoogleTest binary for a room, run by CTest test by test, or
+# suite by suite where SUITES names them (suites that share a costly set-up).
 function(geocage_test name)
-  cmake_parse_arguments(TEST "" "" "SOURCES;ROOMS;USES" ${ARGN})
+  cmake_parse_arguments(TEST "" "" "SOURCES;ROOMS;USES;SUITES" ${ARGN})
   list(TRANSFORM TEST_ROOMS PREPEND "geocage_" OUTPUT_VARIABLE rooms)
   add_executable(${name}_test ${TEST_SOURCES})
   target_link_libraries(${name}_test PRIVATE geocage_flags ${rooms} ${TEST_USES} GTest::gtest_main)
-  gtest_discover_tests(${name}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  if(NOT TEST_SUITES)
+    gtest_discover_tests(${name}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+  endif()
+  foreach(suite IN LISTS TEST_SUITES)
+    add_test(NAME ${name}.${suite} COMMAND ${name}_test --gtest_filter=${suite}.*)
+    set_tests_properties(${name}.${suite} PROPERTIES TIMEOUT 900)
+  endforeach()
 endfunction()

@@ -55,11 +55,10 @@ void save_artefact(const Occupancy& map, const std::filesystem::path& dir) {
   const auto file = dir / "occupancy.bt";
   std::ofstream out(file, std::ios::binary);
   // As OcTree::writeBinary does, which also talks to stderr.
-  out << "# Octomap OcTree binary file\nid " << map.tree->getTreeType() << "\nsize " << map.tree->size() << "\nres "
-      << map.tree->getResolution() << "\ndata\n";
+  out << "# Octomap OcTree binary file\nid " << map.tree->getTreeType() << "\nsize " << map.tree->size()
+      << "\nres " << map.tree->getResolution() << "\ndata\n";
   map.tree->writeBinaryData(out);
-  if (!out.flush())
-    throw std::system_error(errno, std::generic_category(), file.string());
+  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
 }
 
 void load_artefact(Occupancy& map, const std::filesystem::path& dir) {

@@ -19,8 +19,9 @@ struct Occupancy {
   std::shared_ptr<octomap::OcTree> tree;
 };
 
-/// Cells that a ray from its sensor passed are free, cells where one ended are occupied, all others unknown. Within one
-/// view an end wins over a pass. Points without a known sensor mark their cells occupied and free nothing.
+/// Cells that a ray from its sensor passed are free, cells where one ended are occupied, all others unknown.
+/// Within one view an end wins over a pass. Points without a known sensor mark their cells occupied and free
+/// nothing.
 Occupancy map_of_rays(const PointCloud& cloud, double resolution_m);
 
 Space space_at(const Occupancy& map, const Vec3& p_O);

@@ -19,7 +19,7 @@ std::optional<double> free_travel_m(const geometry::SignedDistanceField& field,
 
 /// Share of 42 directions in which the object, moved `travel_m` against the closed hand without turning, runs
 /// into it: a capsule gets more than 0.5 mm deep. Below 1 a straight way out exists: almost no such hand
-/// cages (placement.md 5, "blk"). Walls thinner than 1.5 mm may be missed.
+/// cages. Walls thinner than 1.5 mm may be missed.
 double blocked_share(const geometry::SignedDistanceField& field, const std::vector<PlacedCapsule>& capsules_O,
                      double travel_m = 0.06);
 

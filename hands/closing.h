@@ -43,7 +43,7 @@ struct ClosingRule {
   double step_rad = 0.01, contact_m = 0.0025;
 };
 
-/// Closes the hand as method.md 6 and placement.md 4 found best: all proximal joints together, then the next
+/// Closes the hand in the order that cages best: all proximal joints together, then the next
 /// ones, each until one of the links it moves touches the object (to 0.2 mm), touches another part of the
 /// hand, or its joint ends. Steps shrink so that no capsule moves farther than its free distance: nothing
 /// tunnels. `blocked_at_start` when a capsule of the open hand is inside the object: q is then `q_open`,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include <fmt/format.h>
 
@@ -50,24 +49,28 @@ std::string approach_text(const Approach& way) {
                      way.certified ? ", certified" : "");
 }
 
-std::string grasp_table(const PairResults& pair) {
-  std::set<std::string> scores;
-  for (const auto& grasp : pair.grasps->grasps)
-    for (const auto& [name, value] : grasp.scores) scores.insert(name);
+/// The scores that a reader compares, where a grasp has them; its file holds all.
+constexpr std::pair<const char*, const char*> shown_scores[] = {{"winding_angle_rad", "winding angle [rad]"},
+                                                                {"curvature_sum_rad", "curvature [rad]"},
+                                                                {"blocked_share", "blocked"},
+                                                                {"closure_margin", "margin"},
+                                                                {"contacts", "contacts"}};
 
-  Row head = {"grasp"};
-  for (const auto& name : scores) head.push_back(escaped(name));
-  for (const char* name : {"way to it", "pushes", "drift", "outcome", ""}) head.push_back(name);
+std::string score_text(const hands::Grasp& grasp, const char* name) {
+  const auto score = grasp.scores.find(name);
+  return score == grasp.scores.end() || std::isnan(score->second) ? "–"
+                                                                  : fmt::format("{:.3g}", score->second);
+}
+
+std::string grasp_table(const PairResults& pair) {
+  Row head = {"grasp", "chosen by"};
+  for (const auto& [name, title] : shown_scores) head.push_back(title);
+  for (const char* name : {"way to it", "pushes", "drift", "outcome", "why"}) head.push_back(name);
   std::vector<Row> rows = {head};
   for (std::size_t i = 0; i < pair.grasps->grasps.size(); ++i) {
     const auto& grasp = pair.grasps->grasps[i];
-    Row row = {std::to_string(i + 1)};
-    for (const auto& name : scores) {
-      const auto score = grasp.scores.find(name);
-      row.push_back(score == grasp.scores.end() || std::isnan(score->second)
-                        ? "–"
-                        : fmt::format("{:.3g}", score->second));
-    }
+    Row row = {std::to_string(i + 1), grasp.heuristic.empty() ? "–" : escaped(grasp.heuristic)};
+    for (const auto& [name, title] : shown_scores) row.push_back(score_text(grasp, name));
     row.push_back(i < pair.approaches.size() ? approach_text(pair.approaches[i]) : "–");
     const EvaluationResult* result = nullptr;
     if (pair.evaluations)

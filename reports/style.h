@@ -40,7 +40,7 @@ svg text { fill: var(--ink); font: 11px system-ui, sans-serif; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: .35rem .8rem .35rem 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { color: var(--soft); font-weight: 600; } tr:last-child td { border-bottom: 0; }
-td.text, .text td:last-child { white-space: normal; }
+td.text, .text td:last-child { white-space: normal; min-width: 14rem; }
 .badge { display: inline-block; padding: .05rem .6rem; border-radius: 99px; font-size: .82rem; font-weight: 600;
   color: var(--card); background: var(--soft); vertical-align: middle; }
 .done, .held { background: var(--good); } .failed, .lost, .error { background: var(--bad); }

@@ -1,11 +1,12 @@
-// Bad input gets one clear sentence that names the file, the documented exit code, and leaves nothing half-written.
-#include <gtest/gtest.h>
-#include <sys/stat.h>
-
+// Bad input gets one clear sentence that names the file, the documented exit code, and leaves nothing
+// half-written.
 #include <cstdint>
 #include <fstream>
 #include <limits>
 #include <random>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "datasets/shapes.h"
 #include "geometry/mesh.h"
@@ -64,7 +65,8 @@ TEST_F(BadInput, RandomBytes) {
   std::mt19937 random(7);
   std::string bytes(5000, ' ');
   for (char& byte : bytes) byte = static_cast<char>(random());
-  for (const char* name : {"noise.ply", "noise.stl", "noise.obj", "noise.off", "noise.glb"}) refused(write(name, bytes));
+  for (const char* name : {"noise.ply", "noise.stl", "noise.obj", "noise.off", "noise.glb"})
+    refused(write(name, bytes));
 }
 
 TEST_F(BadInput, TruncatedPly) {
@@ -78,16 +80,19 @@ TEST_F(BadInput, TruncatedStl) {
 }
 
 TEST_F(BadInput, CountsThatTheFileCannotHold) {
-  refused(write("huge.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 4294967295\nproperty float x\n"
-                            "property float y\nproperty float z\nelement face 4294967295\n"
-                            "property list uchar int vertex_indices\nend_header\n"));
+  refused(write("huge.ply",
+                "ply\nformat binary_little_endian 1.0\nelement vertex 4294967295\nproperty float x\n"
+                "property float y\nproperty float z\nelement face 4294967295\n"
+                "property list uchar int vertex_indices\nend_header\n"));
   refused(write("huge.stl", stl_bytes(2000000000, 2)));
 }
 
 TEST_F(BadInput, IndexOutOfRange) {
-  refused(write("index.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-                             "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-                             "0 0 0\n0.1 0 0\n0 0.1 0\n3 0 1 77\n"));
+  refused(
+      write("index.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0\n0.1 0 0\n0 0.1 0\n3 0 1 77\n"));
   refused(write("index.off", "OFF\n3 1 0\n0 0 0\n0.1 0 0\n0 0.1 0\n3 0 1 77\n"));
 }
 
@@ -114,20 +119,25 @@ TEST_F(BadInput, Polylines) {
 
 TEST_F(BadInput, FlowFiles) {
   const auto refused_flow = [&](const std::string& toml) {
-    const Ended ended = geocage({"run", write("flow.toml", toml).string(), "--store", (folder_ / "store").string()});
+    const Ended ended =
+        geocage({"run", write("flow.toml", toml).string(), "--store", (folder_ / "store").string()});
     EXPECT_EQ(ended.code, 2) << toml << ended.err;
     EXPECT_TRUE(ended.out.empty());
     return ended.err;
   };
-  EXPECT_NE(refused_flow("objects = ['mug']\n[remesh]\nsweeps = 0\n").find("flow.toml:3:1: error: [remesh] sweeps: 0 is outside"),
+  EXPECT_NE(refused_flow("objects = ['mug']\n[remesh]\nsweeps = 0\n")
+                .find("flow.toml:3:1: error: [remesh] sweeps: 0 is outside"),
             std::string::npos);
-  EXPECT_NE(refused_flow("objects = ['mug']\n[remesh]\nedge_lenght_m = 1\n").find("did you mean 'edge_length_m'"),
+  EXPECT_NE(
+      refused_flow("objects = ['mug']\n[remesh]\nedge_lenght_m = 1\n").find("did you mean 'edge_length_m'"),
+      std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mug']\n[remsh]\n sweeps = 1\n").find("did you mean 'remesh'"),
             std::string::npos);
-  EXPECT_NE(refused_flow("objects = ['mug']\n[remsh]\n sweeps = 1\n").find("did you mean 'remesh'"), std::string::npos);
   EXPECT_NE(refused_flow("objects = ['mug'\n").find("flow.toml:"), std::string::npos);
   EXPECT_NE(refused_flow("objects = ['mugg']\n").find("did you mean 'mug'"), std::string::npos);
   EXPECT_NE(refused_flow("objcts = ['mug']\n").find("did you mean 'objects'"), std::string::npos);
-  EXPECT_NE(refused_flow("objects = ['mug']\nhands = ['schunk_sdf']\n").find("did you mean 'schunk_sdh'"), std::string::npos);
+  EXPECT_NE(refused_flow("objects = ['mug']\nhands = ['schunk_sdf']\n").find("did you mean 'schunk_sdh'"),
+            std::string::npos);
   const std::string both = refused_flow("objects = ['mug']\n[remesh]\nsweeps = 0\nmode = 1\n");
   EXPECT_NE(both.find("sweeps"), std::string::npos);
   EXPECT_NE(both.find("mode"), std::string::npos);
@@ -145,9 +155,10 @@ TEST_F(BadInput, GraspFiles) {
   const std::string head = R"({"schema": "geocage-grasp 1", "hand": "schunk_sdh", "object": "ball", )";
   const std::string pose = R"("X_OH": {"p_m": [0, 0, -0.2], "q_wxyz": [1, 0, 0, 0]}, )";
   EXPECT_EQ(evaluate("schunk_sdf", head + pose + R"("joints_rad": {}})").code, 2);
-  for (const std::string& bad : {std::string("{"), std::string("[]"), std::string(R"({"schema": "other 1"})"),
-                                 head + R"("joints_rad": {}})", head + pose + R"("joints_rad": {"elbow": 1}})",
-                                 head + pose + R"("joints_rad": {"knuckle": 99}})"}) {
+  for (const std::string& bad :
+       {std::string("{"), std::string("[]"), std::string(R"({"schema": "other 1"})"),
+        head + R"("joints_rad": {}})", head + pose + R"("joints_rad": {"elbow": 1}})",
+        head + pose + R"("joints_rad": {"knuckle": 99}})"}) {
     const Ended ended = evaluate("schunk_sdh", bad);
     EXPECT_EQ(ended.code, 3) << bad << ended.err;
     EXPECT_NE(ended.err.find("grasp.json"), std::string::npos) << ended.err;

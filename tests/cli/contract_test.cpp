@@ -1,10 +1,10 @@
 // Sentences of docs/architecture.md, section 4, that need no flow to run.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "datasets/shapes.h"
 #include "geometry/mesh.h"
@@ -33,8 +33,8 @@ class Contract : public testing::Test {
 TEST_F(Contract, HelpNamesEveryCommandAndTheExitCodes) {
   const Ended help = geocage({"--help"});
   EXPECT_EQ(help.code, 0);
-  for (const char* word : {"run", "status", "why", "show", "graph", "verify", "gc", "stages", "params", "hands", "datasets",
-                           "score", "writhe", "evaluate", "report", "130 interrupted"})
+  for (const char* word : {"run", "status", "why", "show", "graph", "verify", "gc", "stages", "params",
+                           "hands", "datasets", "score", "writhe", "evaluate", "report", "130 interrupted"})
     EXPECT_NE(help.out.find(word), std::string::npos) << word;
 }
 
@@ -83,7 +83,8 @@ TEST_F(Contract, ScoreCsvHasTheContractsColumns) {
   std::ifstream csv(file("s.csv"));
   std::string line;
   std::getline(csv, line);
-  EXPECT_EQ(line, "vertex,x_m,y_m,z_m,winding_angle_rad,curvature_sum_rad,ball_vertices,ball_triangles,euler");
+  EXPECT_EQ(line,
+            "vertex,x_m,y_m,z_m,winding_angle_rad,curvature_sum_rad,ball_vertices,ball_triangles,euler");
   int rows = 0;
   while (std::getline(csv, line)) EXPECT_EQ(std::stoi(line), rows++);
   EXPECT_EQ(rows, 642);
@@ -96,8 +97,8 @@ TEST_F(Contract, ScorePlyCarriesTheSameNames) {
   geometry::read_own_ply(file("s.ply"), &fields);
   std::vector<std::string> names;
   for (const auto& field : fields) names.push_back(field.name);
-  EXPECT_EQ(names, (std::vector<std::string>{"winding_angle_rad", "curvature_sum_rad", "ball_vertices", "ball_triangles",
-                                             "euler"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"winding_angle_rad", "curvature_sum_rad", "ball_vertices",
+                                             "ball_triangles", "euler"}));
 }
 
 // Gauss-Bonnet: a ball that is the whole closed surface has the curvature 2 pi chi.
@@ -138,7 +139,8 @@ TEST_F(Contract, WritheOfCrossedSegments) {
 }
 
 TEST_F(Contract, ClosedPolylinesLink) {
-  const auto a = write("a.csv", "-1,-1,0\n1,-1,0\n1,1,0\n-1,1,0\n"), b = write("b.csv", "0,0,-1\n2,0,-1\n2,0,1\n0,0,1\n");
+  const auto a = write("a.csv", "-1,-1,0\n1,-1,0\n1,1,0\n-1,1,0\n"),
+             b = write("b.csv", "0,0,-1\n2,0,-1\n2,0,1\n0,0,1\n");
   const json answer = json::parse(geocage({"writhe", a, b, "--closed", "--json"}).out);
   EXPECT_NEAR(answer["gli"], -1, 1e-12);  // two linked squares
   EXPECT_EQ(answer["omega_sr"].size(), 4u);

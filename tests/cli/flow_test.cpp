@@ -1,9 +1,9 @@
 // Sentences of docs/architecture.md, section 4, about runs, on a bottle that takes seconds.
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <fstream>
 #include <map>
+
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "hands/grasp.h"
@@ -25,7 +25,8 @@ std::map<std::string, std::string> states_of(const json& run) {
 
 std::map<std::string, std::string> contents_of(const json& run) {
   std::map<std::string, std::string> contents;
-  for (const auto& slot : run["slots"]) contents[slot["slot"]] = fs::path(slot["folder"].get<std::string>()).filename();
+  for (const auto& slot : run["slots"])
+    contents[slot["slot"]] = fs::path(slot["folder"].get<std::string>()).filename();
   return contents;
 }
 
@@ -47,8 +48,10 @@ class FlowRun : public testing::Test {
 
   static std::vector<std::string> arguments(const fs::path& flow, std::vector<std::string> more = {},
                                             const std::string& store = "store") {
-    std::vector<std::string> all = {"run",   flow.string(), "--json", "--quiet", "--store", (*folder_ / store).string(),
-                                    "--out", (*folder_ / "report").string()};
+    std::vector<std::string> all = {"run",     flow.string(),
+                                    "--json",  "--quiet",
+                                    "--store", (*folder_ / store).string(),
+                                    "--out",   (*folder_ / "report").string()};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
@@ -71,7 +74,8 @@ TEST_F(FlowRun, JsonIsOneDocumentAndCountsAddUp) {
   EXPECT_EQ(answer["schema"], "geocage-run 1");
   const json& c = answer["counts"];
   EXPECT_EQ(c["in"], 1);
-  EXPECT_EQ(c["in"].get<int>(), c["done"].get<int>() + c["failed"].get<int>() + c["rejected"].get<int>() + c["skipped"].get<int>());
+  EXPECT_EQ(c["in"].get<int>(), c["done"].get<int>() + c["failed"].get<int>() + c["rejected"].get<int>() +
+                                    c["skipped"].get<int>());
   EXPECT_TRUE(fs::exists(answer["report"].get<std::string>()));
   for (const auto& slot : answer["slots"]) {
     EXPECT_EQ(slot["state"], "made");
@@ -81,9 +85,10 @@ TEST_F(FlowRun, JsonIsOneDocumentAndCountsAddUp) {
 
 TEST_F(FlowRun, SlotsAreNamedAsTheContractSays) {
   const auto states = states_of(json::parse(first_.out));
-  for (const char* slot : {"bottle/import", "bottle/scan", "bottle/cloud", "bottle/occupancy", "bottle/reconstruct",
-                           "bottle/remesh", "bottle/field", "bottle/balls/schunk_sdh", "bottle/score/schunk_sdh",
-                           "bottle/place/schunk_sdh", "bottle/approach/schunk_sdh", "bottle/evaluate/schunk_sdh"})
+  for (const char* slot :
+       {"bottle/import", "bottle/scan", "bottle/cloud", "bottle/occupancy", "bottle/reconstruct",
+        "bottle/remesh", "bottle/field", "bottle/balls/schunk_sdh", "bottle/score/schunk_sdh",
+        "bottle/place/schunk_sdh", "bottle/approach/schunk_sdh", "bottle/evaluate/schunk_sdh"})
     EXPECT_TRUE(states.contains(slot)) << slot;
 }
 
@@ -95,23 +100,26 @@ TEST_F(FlowRun, SecondRunMakesNothing) {
 
 TEST_F(FlowRun, CommentsAndOrderOfKeysMakeNothing) {
   const auto other = *folder_ / "other.toml";
-  std::ofstream(other) << "# another comment\nhands = ['schunk_sdh']\nobjects = ['" << (*folder_ / "bottle.ply").string()
+  std::ofstream(other) << "# another comment\nhands = ['schunk_sdh']\nobjects = ['"
+                       << (*folder_ / "bottle.ply").string()
                        << "']\n[place]\nmax_grasps = 2\n[field]\ncells = 32\n[remesh]\nedge_length_m = 6e-3\n"
                        << "[scan]\nheight = 120\nwidth = 160\nviews = 4\n";
   EXPECT_EQ(made(run({}, other)), 0);
 }
 
 TEST_F(FlowRun, LateParameterRemakesOnlyItsStage) {
-  const auto why = geocage({"why", "bottle/evaluate/schunk_sdh", flow_.string(), "--store", (*folder_ / "store").string(),
-                            "--set", "evaluate.friction=0.5"});
+  const auto why = geocage({"why", "bottle/evaluate/schunk_sdh", flow_.string(), "--store",
+                            (*folder_ / "store").string(), "--set", "evaluate.friction=0.5"});
   EXPECT_NE(why.out.find("- param friction = 0.6"), std::string::npos) << why.out;
   EXPECT_NE(why.out.find("+ param friction = 0.5"), std::string::npos) << why.out;
   const auto states = states_of(run({"--set", "evaluate.friction=0.5"}));
-  for (const auto& [slot, state] : states) EXPECT_EQ(state, slot == "bottle/evaluate/schunk_sdh" ? "made" : "hit") << slot;
+  for (const auto& [slot, state] : states)
+    EXPECT_EQ(state, slot == "bottle/evaluate/schunk_sdh" ? "made" : "hit") << slot;
 }
 
 TEST_F(FlowRun, OnlyUntilAndForce) {
-  EXPECT_EQ(states_of(run({"--only", "bottle/remesh"})), (std::map<std::string, std::string>{{"bottle/remesh", "hit"}}));
+  EXPECT_EQ(states_of(run({"--only", "bottle/remesh"})),
+            (std::map<std::string, std::string>{{"bottle/remesh", "hit"}}));
   EXPECT_FALSE(states_of(run({"--until", "bottle/cloud"})).contains("bottle/remesh"));
   const json forced = run({"--force", "bottle/remesh"});
   EXPECT_EQ(made(forced), 1);  // the same bytes again: nothing after it is made
@@ -128,7 +136,8 @@ TEST_F(FlowRun, StatusShowGraphVerify) {
   EXPECT_NE(fresh.out.find("?    bottle/remesh"), std::string::npos) << fresh.out;
   const json shown = json::parse(geocage({"show", "bottle/remesh", "--store", store, "--json"}).out);
   EXPECT_TRUE(shown["files"].contains("mesh.ply"));
-  EXPECT_NE(geocage({"graph", flow_.string(), "--store", store}).out.find("\"bottle/cloud\" -> \"bottle/reconstruct\""),
+  EXPECT_NE(geocage({"graph", flow_.string(), "--store", store})
+                .out.find("\"bottle/cloud\" -> \"bottle/reconstruct\""),
             std::string::npos);
   EXPECT_EQ(geocage({"verify", "--store", store}).code, 0);
 }
@@ -158,8 +167,8 @@ TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
   const auto grasps = hands::read_grasps(place / "grasps.json");
   ASSERT_FALSE(grasps.grasps.empty());
   std::ofstream(*folder_ / "one.json") << hands::to_json(grasps.grasps.front()).dump();
-  const Ended ended = geocage({"evaluate", "--mesh", (*folder_ / "bottle.ply").string(), "--hand", "schunk_sdh", "--grasp",
-                               (*folder_ / "one.json").string(), "--json"});
+  const Ended ended = geocage({"evaluate", "--mesh", (*folder_ / "bottle.ply").string(), "--hand",
+                               "schunk_sdh", "--grasp", (*folder_ / "one.json").string(), "--json"});
   const json evaluation = json::parse(ended.out);
   EXPECT_EQ(evaluation["schema"], "geocage-evaluation 1");
   EXPECT_EQ(evaluation["protocol"], "geocage-force");
@@ -172,7 +181,8 @@ TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
 
 TEST_F(FlowRun, OneAndTwoThreadsGiveTheSameBytes) {
   const auto other = [&](const char* threads, const char* jobs, const std::string& store) {
-    const Ended ended = geocage(arguments(flow_, {"--jobs", jobs}, store), {std::string("OMP_NUM_THREADS=") + threads});
+    const Ended ended =
+        geocage(arguments(flow_, {"--jobs", jobs}, store), {std::string("OMP_NUM_THREADS=") + threads});
     return contents_of(json::parse(ended.out));
   };
   const auto expected = contents_of(json::parse(first_.out));
@@ -203,11 +213,14 @@ TEST_F(FlowRun, WhatAMachineCannotGetIsSkippedByName) {
   const fs::path data = *folder_ / "data";
   fs::create_directories(data / "datasets");
   std::ofstream(data / "datasets" / "catalogue.toml")
-      << "[unicorn]\nkind = 'mesh'\npackage = 'no-such-package-here'\nversion = '1'\npath = 'unicorn.obj'\nsha256 = '"
+      << "[unicorn]\nkind = 'mesh'\npackage = 'no-such-package-here'\nversion = '1'\npath = "
+         "'unicorn.obj'\nsha256 = '"
       << std::string(64, '0') << "'\nlicence = 'none'\n";
-  fs::copy(fs::path(GEOCAGE_HANDS), data / "hands", fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-  const Ended ended = geocage(arguments(flow_, {"--dataset", "unicorn"}),
-                              {"GEOCAGE_DATA=" + data.string(), "GEOCAGE_DATASETS=" + (*folder_ / "cache").string()});
+  fs::copy(fs::path(GEOCAGE_HANDS), data / "hands",
+           fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  const Ended ended =
+      geocage(arguments(flow_, {"--dataset", "unicorn"}),
+              {"GEOCAGE_DATA=" + data.string(), "GEOCAGE_DATASETS=" + (*folder_ / "cache").string()});
   EXPECT_EQ(ended.code, 1) << ended.err;
   const json counts = json::parse(ended.out)["counts"];
   EXPECT_EQ(counts["in"], 1);

@@ -1,10 +1,10 @@
 #include "cli/parameters.h"
 
-#include <gtest/gtest.h>
-
 #include <set>
 #include <type_traits>
 #include <utility>
+
+#include <gtest/gtest.h>
 
 namespace geocage::cli {
 namespace {
@@ -17,14 +17,19 @@ struct Anything {
 
 template <class T, std::size_t... I>
 constexpr bool takes(std::index_sequence<I...>) {
-  return requires { T{(static_cast<void>(I), Anything{})...}; };
+  return requires {
+    T{(static_cast<void>(I), Anything{})...};
+  };
 }
 
 template <class T, std::size_t N = 64>
 constexpr std::size_t members() {
-  if constexpr (N == 0) return 0;
-  else if constexpr (takes<T>(std::make_index_sequence<N>{})) return N;
-  else return members<T, N - 1>();
+  if constexpr (N == 0)
+    return 0;
+  else if constexpr (takes<T>(std::make_index_sequence<N>{}))
+    return N;
+  else
+    return members<T, N - 1>();
 }
 
 struct Three {

@@ -1,13 +1,13 @@
 #include "tests/cli/program.h"
 
+#include <fstream>
+#include <sstream>
+
 #include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <fstream>
-#include <sstream>
 
 #include "tests/pipeline/scratch_folder.h"
 
@@ -43,7 +43,8 @@ Ended geocage(const std::vector<std::string>& arguments, const std::vector<std::
   const ScratchFolder folder;
   int status = 0;
   waitpid(start(arguments, environment, folder.path()), &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"), text_of(folder / "err")};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"),
+          text_of(folder / "err")};
 }
 
 void geocage_killed(const std::vector<std::string>& arguments, int milliseconds) {

@@ -1,12 +1,12 @@
 // What a run has published survives whatever happens to the process.
-#include <gtest/gtest.h>
-
 #include <chrono>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <mutex>
 #include <random>
 #include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/cli/program.h"
 #include "tests/cli/shapes_folder.h"
@@ -19,8 +19,10 @@ using nlohmann::json;
 class StoreFaults : public testing::Test {
  protected:
   std::vector<std::string> arguments(const std::string& store) const {
-    return {"run",     flow_.string(), "--json", "--quiet", "--store", (folder_ / store).string(), "--out",
-            (folder_ / ("report_" + store)).string()};
+    return {"run",     flow_.string(),
+            "--json",  "--quiet",
+            "--store", (folder_ / store).string(),
+            "--out",   (folder_ / ("report_" + store)).string()};
   }
   std::map<std::string, std::string> contents(const std::string& store) const {
     const Ended ended = geocage(arguments(store));
@@ -38,7 +40,8 @@ class StoreFaults : public testing::Test {
 TEST_F(StoreFaults, KilledAtTwentyRandomMoments) {
   const auto start = std::chrono::steady_clock::now();
   const auto expected = contents("calm");
-  const auto whole = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - start);
+  const auto whole =
+      std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - start);
   std::mt19937 random(3);
   std::uniform_int_distribution<int> moment(0, std::max(1, static_cast<int>(whole.count()) / 2));
   for (int i = 0; i < 20; ++i) geocage_killed(arguments("killed"), moment(random));
