@@ -7,6 +7,7 @@
 #include <omp.h>
 
 #include "geometry/distance_field.h"
+#include "geometry/ray_scene.h"
 
 namespace geocage::geometry {
 
@@ -48,40 +49,15 @@ struct Facet {
   }
 };
 
-/// A mesh in Embree, for closest points and rays: moved to the origin, since Embree's boxes and rays are in
-/// single precision. Distances are in double.
+/// A mesh that tells distances, in double, and insides.
 class Surface {
  public:
   Surface(const TriangleMesh& mesh, const Vec3& center, double extent_m)
-      : center_(center),
-        slack_m_(1e-6 * extent_m),
-        device_(rtcNewDevice("threads=1,set_affinity=0")),
-        scene_(rtcNewScene(device_)) {
-    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-    for (const Vec3& p : mesh.vertices)
-      for (int i = 0; i < 3; ++i) *vertices++ = static_cast<float>(p[i] - center[i]);
-    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    for (const auto& t : mesh.triangles) {
-      for (int v : t) *indices++ = static_cast<unsigned>(v);
+      : center_(center), slack_m_(1e-6 * extent_m), scene_(mesh, center) {
+    for (const auto& t : mesh.triangles)
       facets_.emplace_back(mesh.vertices[t[0]] - center, mesh.vertices[t[1]] - center,
                            mesh.vertices[t[2]] - center);
-    }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-    rtcCommitScene(scene_);
   }
-  ~Surface() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  Surface(const Surface&) = delete;
-  Surface& operator=(const Surface&) = delete;
 
   /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest
   /// one.
@@ -95,37 +71,21 @@ class Surface {
     ball.radius = search_radius(query.best2);
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_, &ball, &context, &visit_triangle, &query);
+    rtcPointQuery(scene_.handle(), &ball, &context, &visit_triangle, &query);
     nearest = query.nearest;
     return std::sqrt(query.best2);
   }
 
   /// True when p is inside: a majority of fixed rays meets its first triangle from behind.
   bool inside(const Vec3& p_O) const {
-    const Vec3 p = p_O - center_;
-    constexpr float directions[5][3] = {{0.577f, 0.601f, 0.553f},
-                                        {-0.613f, 0.251f, 0.749f},
-                                        {0.137f, -0.911f, 0.389f},
-                                        {-0.407f, -0.331f, -0.851f},
-                                        {0.883f, 0.173f, -0.437f}};
+    static const Vec3 directions[5] = {{0.577, 0.601, 0.553},
+                                       {-0.613, 0.251, 0.749},
+                                       {0.137, -0.911, 0.389},
+                                       {-0.407, -0.331, -0.851},
+                                       {0.883, 0.173, -0.437}};
     int votes = 0;
-    for (const auto& d : directions) {
-      RTCRayHit ray{};
-      ray.ray.org_x = static_cast<float>(p.x());
-      ray.ray.org_y = static_cast<float>(p.y());
-      ray.ray.org_z = static_cast<float>(p.z());
-      ray.ray.dir_x = d[0];
-      ray.ray.dir_y = d[1];
-      ray.ray.dir_z = d[2];
-      ray.ray.tfar = std::numeric_limits<float>::infinity();
-      ray.ray.mask = ~0u;
-      ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-      RTCIntersectContext context;
-      rtcInitIntersectContext(&context);
-      rtcIntersect1(scene_, &context, &ray);
-      if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
-      votes += d[0] * ray.hit.Ng_x + d[1] * ray.hit.Ng_y + d[2] * ray.hit.Ng_z > 0;
-    }
+    for (const Vec3& along : directions)
+      if (const auto hit = scene_.first_hit(p_O, along)) votes += hit->from_behind;
     return votes >= 3;
   }
 
@@ -154,8 +114,7 @@ class Surface {
   const Vec3 center_;
   const double slack_m_;
   std::vector<Facet> facets_;
-  RTCDevice device_;
-  RTCScene scene_;
+  RayScene scene_;
 };
 
 /// A box of lattice nodes, x fastest.

@@ -1,11 +1,9 @@
 #include "stages/scan/scan.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 
-#include <embree3/rtcore.h>
-
+#include "geometry/ray_scene.h"
 #include "pipeline/error.h"
 
 namespace geocage::stages {
@@ -48,54 +46,6 @@ Vec3 direction(int k, int n) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-class Scene {
- public:
-  explicit Scene(const TriangleMesh& mesh) : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
-    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                          RTC_FORMAT_FLOAT3, 12, mesh.vertices.size()));
-    for (const Vec3& p : mesh.vertices)
-      for (int i = 0; i < 3; ++i) *v++ = static_cast<float>(p[i]);
-    auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                             RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
-    for (const auto& triangle : mesh.triangles)
-      for (int i : triangle) *t++ = static_cast<unsigned>(i);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    rtcCommitScene(scene_);
-  }
-  ~Scene() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
-
-  /// Distance along the unit direction to the first surface; infinite when there is none.
-  double range(const Vec3& from, const Vec3& along) const {
-    RTCRayHit ray{};
-    ray.ray.org_x = static_cast<float>(from.x());
-    ray.ray.org_y = static_cast<float>(from.y());
-    ray.ray.org_z = static_cast<float>(from.z());
-    ray.ray.dir_x = static_cast<float>(along.x());
-    ray.ray.dir_y = static_cast<float>(along.y());
-    ray.ray.dir_z = static_cast<float>(along.z());
-    ray.ray.tfar = std::numeric_limits<float>::infinity();
-    ray.ray.mask = ~0u;
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_, &context, &ray);
-    return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::numeric_limits<double>::infinity() : ray.ray.tfar;
-  }
-
- private:
-  RTCDevice device_;
-  RTCScene scene_;
-};
-
 /// A pinhole camera whose frame the object's bounding ball just fills.
 struct Camera {
   Vec3 p_OS;
@@ -109,15 +59,16 @@ struct Camera {
   }
 };
 
-std::vector<Vec3> see(const ScanParams& params, const Scene& scene, const Camera& camera, int view) {
+std::vector<Vec3> see(const ScanParams& params, const geometry::RayScene& scene, const Camera& camera,
+                      int view) {
   Gauss gauss(params.seed, static_cast<std::uint64_t>(view));
   std::vector<Vec3> points;
   for (int y = 0; y < params.height; ++y)
     for (int x = 0; x < params.width; ++x) {
       const Vec3 along = camera.ray(x, y, params.width, params.height);
-      const double range = scene.range(camera.p_OS, along);
-      if (!std::isfinite(range)) continue;
-      const Vec3 p = camera.p_OS + range * along;
+      const auto hit = scene.first_hit(camera.p_OS, along);
+      if (!hit) continue;
+      const Vec3 p = camera.p_OS + hit->range_m * along;
       if (params.noise == "ray") {
         points.push_back(p + params.sigma_m * gauss() * along);
       } else {
@@ -134,7 +85,7 @@ PointCloud scan(const ScanParams& params, pipeline::Run& run, const TriangleMesh
   const auto report = geometry::check_mesh(mesh);
   const Vec3 center = (report.box_min + report.box_max) / 2;
   const double distance = params.distance_diagonals * report.diagonal_m();
-  const Scene scene(mesh);
+  const geometry::RayScene scene(mesh, center);
   std::vector<Camera> cameras;
   for (int k = 0; k < params.views; ++k) {
     const Vec3 d = direction(k, params.views);
