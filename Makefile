@@ -5,7 +5,7 @@ PROGRAM := build/release/geocage
 .PHONY: run test build bench format lint setup clean
 
 run: build
-	$(PROGRAM) run; code=$$?; [ $$code -le 1 ]
+	$(PROGRAM) run
 
 test: build
 	ctest --preset release -j $(JOBS)

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include <octomap/octomap.h>
+#include <omp.h>
 
 namespace geocage::geometry {
 
@@ -14,9 +15,19 @@ octomap::point3d octo(const Vec3& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
 }
 
+/// OctoMap's insertion sets the number of OpenMP threads of whoever calls it, and leaves it so.
+class KeptThreadCount {
+ public:
+  ~KeptThreadCount() { omp_set_num_threads(count_); }
+
+ private:
+  const int count_ = omp_get_max_threads();
+};
+
 }  // namespace
 
 Occupancy map_of_rays(const PointCloud& cloud, double resolution_m) {
+  const KeptThreadCount kept;
   Occupancy map{std::make_shared<octomap::OcTree>(resolution_m)};
   if (cloud.sensor_origins.empty() || cloud.view.empty()) {
     for (const Vec3& p : cloud.points) map.tree->updateNode(octo(p), true, true);

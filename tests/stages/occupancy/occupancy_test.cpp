@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include "tests/pipeline/scratch_folder.h"
 
@@ -36,6 +37,13 @@ TEST(Occupancy, FreeBeforeOccupiedAtUnknownBehind) {
   // A pyramid of 0.3 m on 0.1 m x 0.1 m holds 8000 cells of 5 mm; its sides, 0.06 m2, cut up to 2400 more.
   EXPECT_GE(run.metrics().at("free_cells"), 8000 - 441);
   EXPECT_LE(run.metrics().at("free_cells"), 8000 + 2400);
+}
+
+TEST(Occupancy, LeavesTheNumberOfThreadsAlone) {
+  omp_set_num_threads(3);
+  pipeline::Run run;
+  occupancy({}, run, wall());
+  EXPECT_EQ(omp_get_max_threads(), 3);
 }
 
 TEST(Occupancy, ReadsBackAndIsAnOctoMap) {
