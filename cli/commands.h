@@ -23,6 +23,8 @@ int run(const Shared& shared, const RunOptions& options);
 int status(const Shared& shared, const FlowRequest& flow);
 int why(const Shared& shared, const FlowRequest& flow, const std::string& slot);
 int show(const Shared& shared, const FlowRequest& flow, const std::string& slot);
+/// Metrics of all slots of the store that match a pattern, as CSV.
+int metrics(const Shared& shared, const std::string& pattern);
 int graph(const Shared& shared, const FlowRequest& flow);
 int report(const Shared& shared, const FlowRequest& flow);
 int verify(const Shared& shared);

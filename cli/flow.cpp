@@ -230,6 +230,10 @@ class Planner {
     slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
     const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
     const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
+    if (!object.cloud) {
+      slot("surface_accuracy", stages::accuracy_stage, p.accuracy, surface, truth);
+      slot("mesh_accuracy", stages::accuracy_stage, p.accuracy, mesh, truth);
+    }
     const auto field = slot("field", stages::field_stage, p.field, mesh);
     const auto tested = object.cloud ? mesh : truth;
     const auto tested_field = object.cloud ? field : slot("truth_field", stages::field_stage, p.field, truth);

@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <fstream>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <fnmatch.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
@@ -105,6 +108,37 @@ int why(const Shared& shared, const FlowRequest& request, const std::string& slo
     fmt::print("{}\n", json{{"schema", "geocage-why 1"}, {"slot", slot}, {"why", reasons}}.dump(2));
   else
     fmt::print("{}", reasons);
+  return 0;
+}
+
+int metrics(const Shared& shared, const std::string& pattern) {
+  const Store store(shared.store);
+  std::vector<std::pair<std::string, pipeline::Record>> found;
+  std::set<std::string> names;
+  for (const auto& slot : store.slots()) {
+    if (fnmatch(pattern.c_str(), slot.c_str(), 0) != 0) continue;
+    const auto note = store.slot(slot);
+    const auto record = note ? store.find(note->key) : std::nullopt;
+    if (!record) continue;
+    for (const auto& [name, value] : record->metrics) names.insert(name);
+    found.emplace_back(slot, *record);
+  }
+  if (found.empty())
+    throw pipeline::UserError(pipeline::Fault::configuration, pattern, "the store holds no such slot",
+                              "quote the pattern: '*/remesh'");
+  json list = json::array();
+  if (!shared.json) fmt::print("slot,seconds,{}\n", fmt::join(names, ","));
+  for (const auto& [slot, record] : found) {
+    list.push_back({{"slot", slot}, {"seconds", record.seconds}, {"metrics", record.metrics}});
+    if (shared.json) continue;
+    fmt::print("\"{}\",{:.3f}", slot, record.seconds);
+    for (const auto& name : names) {
+      const auto it = record.metrics.find(name);
+      fmt::print(",{}", it == record.metrics.end() ? "" : fmt::format("{:.6g}", it->second));
+    }
+    fmt::print("\n");
+  }
+  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-metrics 1"}, {"slots", list}}.dump(2));
   return 0;
 }
 

@@ -103,6 +103,10 @@ class Program {
   }
 
   void add_store_commands() {
+    command("metrics", "metrics of many slots of the store, as CSV",
+            [this] { return metrics(shared_, slot_); })
+        ->add_option("PATTERN", slot_, "a glob of slots, such as '*/remesh'")
+        ->required();
     command("verify", "check every artefact against its digest", [this] { return verify(shared_); });
     command("gc", "remove what no slot needs", [this] {
       return collect_garbage(shared_, dry_run_);

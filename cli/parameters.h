@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "pipeline/settings.h"
+#include "stages/accuracy/accuracy.h"
 #include "stages/approach/approach.h"
 #include "stages/balls/balls.h"
 #include "stages/cloud/cloud.h"
@@ -26,6 +27,7 @@ struct StageParameters {
   stages::OccupancyParams occupancy;
   stages::ReconstructParams reconstruct;
   stages::RemeshParams remesh;
+  stages::AccuracyParams accuracy;
   stages::FieldParams field;
   stages::BallsParams balls;
   stages::ScoreParams score;
@@ -46,6 +48,7 @@ void for_each_stage(StageParameters& p, Visit visit) {
   visit("reconstruct", stages::reconstruct_stage.version, "a closed surface from oriented points",
         p.reconstruct);
   visit("remesh", stages::remesh_stage.version, "near-equilateral triangles of one size", p.remesh);
+  visit("accuracy", stages::accuracy_stage.version, "distances of a surface from the true one", p.accuracy);
   visit("field", stages::field_stage.version, "signed distance to the surface", p.field);
   visit("balls", stages::balls_stage.version, "geodesic ball of every vertex and what it says", p.balls);
   visit("score", stages::score_stage.version, "where to place a hand: winding angle, total curvature",

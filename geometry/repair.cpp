@@ -178,18 +178,19 @@ class Repairer {
       rejected("the wrap is no solid either: " + flaw);
       return repair_;
     }
-    measure(wrap);
-    if (repair_.added_m > params_.most_moved * diagonal_m_) {
-      rejected(fmt::format("a wrap would lie up to {:.4g} m from the given surface, {:.4g} m are allowed",
-                           repair_.added_m, params_.most_moved * diagonal_m_));
+    const double sampling_m = 0.005 * diagonal_m_, most_m = params_.most_moved * diagonal_m_;
+    if (const double d = deviation(wrap, SurfaceDistance(around), sampling_m).max_m; d > most_m) {
+      rejected(
+          fmt::format("a wrap would lie up to {:.4g} m from the surface, {:.4g} m are allowed", d, most_m));
       return repair_;
     }
-    // A skin round an open sheet is twice its offset thick.
+    // A skin round a sheet is two offsets thick: V = A offset.
     const MeshReport report = check_mesh(wrap);
-    if (report.volume_m3 < 2 * (alpha / 20) * report.area_m2 / 2) {
+    if (report.volume_m3 < 1.5 * alpha / 20 * report.area_m2) {
       rejected("it is a sheet without an inside");
       return repair_;
     }
+    measure(wrap);
     return accepted(RepairOutcome::wrapped, std::move(wrap));
   }
 

@@ -144,7 +144,6 @@ void add_triangle(const TriangleMesh& mesh, int triangle, const SurfaceDistance&
         tally.area += part;
         tally.add_sample(d, triangle);
       }
-  for (int v : t) tally.add_sample(to.distance_m(mesh.vertices[v], nearest), triangle);
 }
 
 }  // namespace
@@ -153,11 +152,17 @@ Deviation deviation(const TriangleMesh& from, const SurfaceDistance& to, double 
   constexpr int chunk = 256;  // fixed, so that sums do not depend on threads
   const int count = static_cast<int>(from.triangles.size()), chunks = (count + chunk - 1) / chunk;
   std::vector<Tally> tallies(static_cast<std::size_t>(chunks));
+  std::vector<int> first(from.vertices.size(), count);  // the triangle that measures a corner
+  for (int f = count - 1; f >= 0; --f)
+    for (int v : from.triangles[f]) first[v] = f;
 #pragma omp parallel for schedule(dynamic, 1)
   for (int c = 0; c < chunks; ++c) {
     int nearest = 0;
-    for (int f = c * chunk; f < std::min(count, (c + 1) * chunk); ++f)
+    for (int f = c * chunk; f < std::min(count, (c + 1) * chunk); ++f) {
       add_triangle(from, f, to, spacing_m, nearest, tallies[c]);
+      for (int v : from.triangles[f])
+        if (first[v] == f) tallies[c].add_sample(to.distance_m(from.vertices[v], nearest), f);
+    }
   }
   Tally all;
   for (const Tally& tally : tallies) {

@@ -96,7 +96,7 @@ Attempt attempt(const std::string& method, const ReconstructParams& params, cons
     return made;
   }
   const double growth = geometry::check_mesh(made.repair.mesh).diagonal_m() / diagonal_of(points.points);
-  if (growth > params.most_growth)
+  if (method != "alpha_wrap" && growth > params.most_growth)
     made.why = fmt::format("its box is {:.2f} times as large as the cloud's", growth);
   return made;
 }

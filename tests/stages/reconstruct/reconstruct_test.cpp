@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "datasets/shapes.h"
-#include "stages/reconstruct/surfaces.h"
+#include "geometry/repair.h"
+#include "geometry/surface_distance.h"
+#include "pipeline/error.h"
 
 namespace geocage::stages {
 namespace {
@@ -93,9 +95,9 @@ TEST(Reconstruct, SameBytesAgain) {
 
 TEST(Reconstruct, RefusedPoissonFallsBackToAWrap) {
   pipeline::Run run;
-  const auto mesh =
-      reconstruct({.close_unseen = false, .most_hole_edges = 0, .most_growth = 1}, run, half_seen_ball());
+  const auto mesh = reconstruct({.close_unseen = false, .most_growth = 1}, run, half_seen_ball());
   EXPECT_EQ(run.metrics().at("answered_by"), 1);
+  EXPECT_EQ(run.metrics().at("methods_tried"), 2);
   EXPECT_TRUE(check_mesh(mesh).closed_manifold());
 }
 
@@ -112,13 +114,96 @@ TEST(Reconstruct, TwoAtOnceAnswerAsOne) {
   EXPECT_EQ(b.get(), expected);
 }
 
-TEST(FillHoles, ClosesWhatIsSmallEnough) {
-  auto mesh = datasets::icosphere(0.05, 3);
-  mesh.triangles.erase(mesh.triangles.begin() + 10);
-  auto left = mesh;
-  EXPECT_EQ(fill_holes(left, 2), 0);
-  EXPECT_EQ(fill_holes(mesh, 3), 1);
-  EXPECT_TRUE(check_mesh(mesh).closed_manifold());
+// Its own kind of surface through the same ball: inside the cloud's spacing (2 pi r / 160 = 2 mm; the chords
+// of CGAL's triangles of three spacings sag by (6 mm)^2 / 8 r = 0.1 mm; the wrap's offset is alpha / 20 =
+// 0.43 mm and its facets lie up to as much farther).
+TEST(Reconstruct, EveryMethodFindsTheBall) {
+  const auto cloud = cloud_of(datasets::icosphere(0.05, 5), 0);
+  const std::vector<std::pair<std::string, double>> numbers = {
+      {"alpha_wrap", 1}, {"cgal_poisson", 2}, {"advancing_front", 3}};
+  for (const auto& [method, number] : numbers) {
+    pipeline::Run run;
+    const auto mesh = reconstruct({.method = method}, run, cloud);
+    EXPECT_EQ(run.metrics().at("answered_by"), number) << method;
+    EXPECT_EQ(run.metrics().at("methods_tried"), 1) << method;
+    EXPECT_EQ(geometry::flaw_of_solid(mesh), "") << method;
+    EXPECT_EQ(check_mesh(mesh).euler, 2) << method;
+    for (const Vec3& p : mesh.vertices) EXPECT_NEAR(p.norm(), 0.05, 0.001) << method;
+  }
+}
+
+// The front of the ball is measured, its back is made up: observed is 1 and 0 there. Between lies the
+// silhouette, within 4 mm (observed_m) of it, and as far again until 0.
+TEST(Reconstruct, TellsWhatWasObserved) {
+  pipeline::Run run;
+  const auto cloud = half_seen_ball();
+  const auto mesh = reconstruct({}, run, cloud);
+  ASSERT_EQ(mesh.observed.size(), mesh.vertices.size());
+  const Vec3 view = cloud.sensor_origins[0].normalized();
+  int front = 0, back = 0;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    EXPECT_GE(mesh.observed[v], 0);
+    EXPECT_LE(mesh.observed[v], 1);
+    const double height = mesh.vertices[v].dot(view);
+    if (height > 0.01) {
+      EXPECT_GT(mesh.observed[v], 0.99);
+      ++front;
+    } else if (height < -0.012) {
+      EXPECT_LT(mesh.observed[v], 0.01);
+      ++back;
+    }
+  }
+  EXPECT_GT(front, 1000);
+  EXPECT_GT(back, 100);
+}
+
+double hausdorff_m(const geometry::TriangleMesh& a, const geometry::TriangleMesh& b) {
+  return std::max(deviation(a, geometry::SurfaceDistance(b), 0.001).max_m,
+                  deviation(b, geometry::SurfaceDistance(a), 0.001).max_m);
+}
+
+// Sums run in another order, in PCL's single precision: 1e-7 of the size, a few of them a sum.
+TEST(Reconstruct, OrderOfPointsChangesRoundingOnly) {
+  auto cloud = cloud_of(datasets::torus(0.04, 0.012, 120, 40), 0.0003);
+  pipeline::Run run;
+  const auto mesh = reconstruct({}, run, cloud);
+  std::mt19937_64 random(3);
+  for (std::size_t i = cloud.size() - 1; i > 0; --i) {
+    const std::size_t j = random() % (i + 1);
+    std::swap(cloud.points[i], cloud.points[j]);
+    std::swap(cloud.normals[i], cloud.normals[j]);
+  }
+  EXPECT_LT(hausdorff_m(mesh, reconstruct({}, run, cloud)), 2e-6);
+}
+
+// Poisson's octree stands along the axes: a turn is another discretisation, worth a fraction of a cell of
+// 1.1 x 0.1 m / 2^7 = 0.9 mm.
+TEST(Reconstruct, TurnedObjectGivesTheTurnedSurface) {
+  auto cloud = cloud_of(datasets::torus(0.04, 0.012, 120, 40), 0);
+  pipeline::Run run;
+  auto mesh = reconstruct({}, run, cloud);
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  for (auto* list : {&cloud.points, &cloud.normals, &mesh.vertices})
+    for (Vec3& p : *list) p = R * p;
+  EXPECT_LT(hausdorff_m(mesh, reconstruct({}, run, cloud)), 0.0009 / 3);
+}
+
+// The answer tends to the clean one with the noise: it is at most as far from it as the noise is large.
+TEST(Reconstruct, VanishingNoiseGivesTheCleanSurface) {
+  const auto torus = datasets::torus(0.04, 0.012, 120, 40);
+  pipeline::Run run;
+  const auto clean = reconstruct({}, run, cloud_of(torus, 0));
+  for (double sigma : {3e-4, 3e-5, 3e-6})
+    EXPECT_LT(hausdorff_m(reconstruct({}, run, cloud_of(torus, sigma)), clean), 3 * sigma + 1e-6) << sigma;
+}
+
+TEST(Reconstruct, SaysWhatFailed) {
+  pipeline::Run run;
+  PointCloud none;
+  EXPECT_THROW(reconstruct({}, run, none), pipeline::UserError);
+  auto bare = half_seen_ball();
+  bare.normals.clear();
+  EXPECT_THROW(reconstruct({}, run, bare), pipeline::UserError);
 }
 
 }  // namespace
