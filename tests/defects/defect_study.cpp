@@ -1,8 +1,8 @@
 // The full study of defects: every mutator on every mesh of a folder, with several seeds.
-//   build/release/defect_study --objects DIR [--seeds 5] [--object NAME] [--csv FILE]
+//   build/release/defect_study --objects DIR [--seeds 5] [--object NAME] [--mutator NAME] [--wrap-alpha A]
+//   [--csv FILE]
 // Exit code 0 when every mesh was repaired and passes CGAL's own check, or was rejected with a reason.
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -11,55 +11,20 @@
 #include <fmt/format.h>
 
 #include "geometry/mesh_files.h"
-#include "geometry/repair.h"
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
-#include "tests/defects/mutators.h"
-#include "tests/defects/solid_oracle.h"
+#include "tests/defects/trial.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-using geocage::geometry::Repair;
-using geocage::geometry::RepairOutcome;
 using geocage::geometry::TriangleMesh;
 
-/// What happened to one broken mesh.
-struct Row {
-  std::string mutator, object, outcome, reason;
-  std::uint64_t seed = 0;
-  double seconds = 0, moved = 0;  ///< larger one-sided distance, in diagonals
-  bool good = false;
-};
+using geocage::tests::Trial;
 
-/// As import does it: unit guard, repair.
-Row run_one(const geocage::tests::Mutator& mutator, const std::string& object, TriangleMesh mesh,
-            std::uint64_t seed) {
-  Row row{mutator.name, object, "", "", seed};
-  const double diagonal = check_mesh(mesh).diagonal_m();
-  mutator.apply(mesh, seed);
-  const auto start = std::chrono::steady_clock::now();
-  try {
-    const Repair repair = repair_mesh(mesh);
-    row.outcome = to_string(repair.outcome);
-    row.reason = repair.reason;
-    if (repair.outcome == RepairOutcome::rejected) {
-      row.good = !repair.reason.empty();
-    } else {
-      geocage::geometry::guard_units(object, check_mesh(repair.mesh).diagonal_m());
-      const std::string objection = geocage::tests::objection_of_cgal(repair.mesh);
-      row.good = objection.empty();
-      if (!row.good) row.reason = "NOT A SOLID: " + objection;
-      row.moved = std::max(repair.lost_m, repair.added_m) / diagonal;
-    }
-  } catch (const geocage::pipeline::UserError& error) {
-    row.outcome = "rejected";
-    row.reason = error.sentence();
-    row.good = !row.reason.empty();
-  }
-  row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return row;
-}
+struct Row : Trial {
+  std::string object;
+};
 
 /// A mesh scaled to a diagonal of 0.2 m; empty when it can't be read.
 TriangleMesh read_scaled(const fs::path& file) {
@@ -113,10 +78,12 @@ int main(int argc, char** argv) {
   fs::path folder, csv;
   std::string only, mutator_name;
   std::uint64_t seeds = 5;
+  geocage::geometry::RepairParams params;
   app.add_option("--objects", folder, "folder of closed meshes")->required()->check(CLI::ExistingDirectory);
   app.add_option("--object", only, "only this one");
   app.add_option("--mutator", mutator_name, "only this one");
   app.add_option("--seeds", seeds);
+  app.add_option("--wrap-alpha", params.wrap_alpha, "in diagonals");
   app.add_option("--csv", csv, "every run as a line");
   CLI11_PARSE(app, argc, argv);
 
@@ -131,7 +98,7 @@ int main(int argc, char** argv) {
     for (const auto& mutator : geocage::tests::mutators())
       for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
         if (!mutator_name.empty() && mutator_name != mutator.name) continue;
-        rows.push_back(run_one(mutator, file.stem(), mesh, seed));
+        rows.push_back({try_defect(mutator, mesh, seed, params), file.stem()});
         const Row& row = rows.back();
         if (!row.good)
           fmt::print(stderr, "{} / {} / seed {}: {}\n", row.object, row.mutator, row.seed, row.reason);
