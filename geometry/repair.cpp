@@ -111,6 +111,11 @@ class Repairer {
   Repairer(const TriangleMesh& mesh, const RepairParams& params) : given_(mesh), params_(params) {}
 
   Repair make() {
+    for (const Vec3& p : given_.vertices)
+      if (p.allFinite() && p.cwiseAbs().maxCoeff() > most_extent_m) {
+        rejected(fmt::format("a vertex lies {:.3g} m away", p.cwiseAbs().maxCoeff()));
+        return repair_;
+      }
     repair_.reason = flaw_of_solid(given_, &repair_.triangles);
     if (repair_.reason.empty()) {
       repair_.outcome = RepairOutcome::untouched;
@@ -129,9 +134,6 @@ class Repairer {
  private:
   /// What can be worked with, in `soup_`; false when there is nothing.
   bool clean() {
-    for (const Vec3& p : given_.vertices)
-      if (p.allFinite() && p.cwiseAbs().maxCoeff() > most_extent_m)
-        return rejected(fmt::format("a vertex lies {:.3g} m away", p.cwiseAbs().maxCoeff()));
     // Its own box: vertices that no sound triangle has must not set the scale.
     diagonal_m_ = diagonal_of(sound_part(given_));
     if (!(diagonal_m_ > 0)) return rejected("no triangle with an area is left");
