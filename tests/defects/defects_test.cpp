@@ -18,7 +18,7 @@ using geometry::TriangleMesh;
 void expect_typed_outcomes(const TriangleMesh& mesh, std::uint64_t seed) {
   ASSERT_EQ(objection_of_cgal(mesh), "");
   for (const Mutator& mutator : mutators()) {
-    const Trial trial = try_defect(mutator, mesh, seed, {.wrap_alpha = 0.04});
+    const Trial trial = try_defect(mutator, mesh, seed, {.wrap_alpha = 0.08});
     EXPECT_TRUE(trial.good) << trial.mutator << ": " << trial.outcome << ": " << trial.reason;
   }
 }
@@ -40,7 +40,7 @@ TEST(Defects, MutatorsBreakWhatTheySay) {
     auto broken = torus;
     mutator.apply(broken, 5);
     const std::string name = mutator.name;
-    if (name != "slivers" && name != "millimetres")  // these leave a solid, if an odd one
+    if (name != "slivers" && name != "millimetres" && name != "huge")  // a solid still, if an odd one
       EXPECT_NE(geometry::flaw_of_solid(broken), "") << name;
     auto again = torus;
     mutator.apply(again, 5);
