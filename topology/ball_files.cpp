@@ -40,6 +40,7 @@ std::vector<VertexField> columns_of(const BallFields& ball) {
   for (int k = 0; k < 3; ++k)
     columns.push_back({std::string("center_") + "xyz"[k], coordinate(ball.center, k)});
   for (int k = 0; k < 3; ++k) columns.push_back({std::string("axis_") + "xyz"[k], coordinate(ball.axis, k)});
+  columns.push_back({"accumulated_angle_rad", ball.accumulated_angle_rad});
   return columns;
 }
 
@@ -52,6 +53,7 @@ BallFields ball_of(const std::vector<VertexField>& columns, double radius_m) {
   ball.ball_triangles = counts(columns[3].values);
   ball.euler = counts(columns[4].values);
   ball.ball_area_m2 = columns[5].values;
+  ball.accumulated_angle_rad = columns[12].values;
   for (std::size_t v = 0; v < ball.ball_area_m2.size(); ++v) {
     ball.center.emplace_back(columns[6].values[v], columns[7].values[v], columns[8].values[v]);
     ball.axis.emplace_back(columns[9].values[v], columns[10].values[v], columns[11].values[v]);
