@@ -76,14 +76,16 @@ void BallMesh::order_vertices(const TriangleMesh& mesh) {
 void BallMesh::order_triangles(const TriangleMesh& mesh) {
   std::vector<int> rank(mesh.vertices.size());
   for (int v = 0; v < count; ++v) rank[original[v]] = v;
-  const auto first = [&](const std::array<int, 3>& t) { return std::min({rank[t[0]], rank[t[1]], rank[t[2]]}); };
+  const auto first = [&](const std::array<int, 3>& t) {
+    return std::min({rank[t[0]], rank[t[1]], rank[t[2]]});
+  };
   std::vector<int> place(mesh.vertices.size() + 1);
   for (const auto& t : mesh.triangles) ++place[first(t) + 1];
   std::partial_sum(place.begin(), place.end(), place.begin());
   half_edges.resize(3 * mesh.triangles.size());
   for (const auto& t : mesh.triangles) {
     const int f = place[first(t)]++;
-    for (int i = 0; i < 3; ++i) half_edges[3 * f + i] = {rank[t[(i + 2) % 3]], -1, -1, rank[t[i]]};
+    for (int i = 0; i < 3; ++i) half_edges[3 * f + i] = {rank[t[(i + 2) % 3]], {-1, -1}, rank[t[i]]};
   }
 }
 
@@ -103,8 +105,8 @@ void BallMesh::join_half_edges() {
     int other = -1;
     for (int i = outgoing_start[to]; i < outgoing_start[to + 1]; ++i)
       if (half_edges[after(outgoing[i])].from == from) other = outgoing[i];
-    half_edges[before(h)].next = other;   // `next` of the half-edge that h follows
-    half_edges[after(h)].before = other;  // `before` of the half-edge that follows h
+    half_edges[before(h)].exits[0] = other;  // h is the next side of its triangle
+    half_edges[after(h)].exits[1] = other;   // and the second next of another
     if (other >= 0 && other < h) continue;
     const double length = (position(from) - position(to)).norm();
     sum += length;
@@ -130,7 +132,7 @@ void BallMesh::link_vertices() {
         done[h] = 1;
         links.push_back({half_edges[after(h)].from, h, area_m2(h)});
         const int last = half_edges[h].opposite;
-        h = half_edges[h].before;  // the other side of the side that comes back to v
+        h = half_edges[h].exits[1];  // the other side of the side that comes back to v
         if (h >= 0) continue;
         links.push_back({last, -1, 0});
         links.push_back({count, -1, 0});

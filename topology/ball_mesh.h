@@ -6,8 +6,8 @@
 
 namespace geocage::topology {
 
-/// One step around a vertex: a neighbour, the half-edge to it (-1: none), and the area of the triangle between it
-/// and the next one (0: there is none).
+/// One step around a vertex: a neighbour, the half-edge to it (-1: none), and the area of the triangle
+/// between it and the next one (0: there is none).
 struct Link {
   int neighbour, half_edge;
   double area_m2;
@@ -25,10 +25,10 @@ struct BallMesh {
   std::vector<int> link_start;  ///< count + 1
   std::vector<Link> links;      ///< around each vertex, counter-clockwise from outside; cyclic
 
-  /// The side from corner i to corner i + 1 of triangle f is half-edge 3 f + i. `next` and `before` are the
-  /// half-edges on the other side of the two other sides of its triangle, or -1 at a border.
+  /// The side from corner i to corner i + 1 of triangle f is half-edge 3 f + i. `exits` are the half-edges on
+  /// the other side of the next and of the second next side of its triangle, or -1 at a border.
   struct HalfEdge {
-    int opposite, next, before, from;
+    int opposite, exits[2], from;
   };
   std::vector<HalfEdge> half_edges;
   std::vector<int> outgoing_start, outgoing;  ///< half-edges that leave each vertex
@@ -38,7 +38,9 @@ struct BallMesh {
   explicit BallMesh(const geometry::TriangleMesh& mesh);
 
   geometry::Vec3 position(int rank) const { return {points[rank].x, points[rank].y, points[rank].z}; }
-  int twin(int half_edge) const { return half_edges[after(half_edge)].before; }
+  int twin(int half_edge) const { return half_edges[after(half_edge)].exits[1]; }
+
+  int to(int half_edge) const { return half_edges[after(half_edge)].from; }
 
  private:
   static int after(int half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }

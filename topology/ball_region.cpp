@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <queue>
 
 namespace geocage::topology {
@@ -17,7 +18,8 @@ Patches make_patches(const BallMesh& mesh) {
     queue.assign(1, seed);
     seen[seed] = seed;
     const std::size_t full = patches.sources.size() + lanes;
-    for (std::size_t head = 0; head < queue.size() && patches.sources.size() < full && head < farthest_seen; ++head) {
+    for (std::size_t head = 0; head < queue.size() && patches.sources.size() < full && head < farthest_seen;
+         ++head) {
       const int v = queue[head];
       if (!assigned[v]) {
         assigned[v] = 1;
@@ -100,52 +102,15 @@ void Region::link_region(double quantum_m) {
   middle_.resize(n);
   outer_.resize(n);
   own_.resize(n);
-  near_.clear();
+  farthest_.resize(n);
+  std::size_t entries = 0;
+  for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
+  if (near_.size() < entries) near_.resize(entries + entries / 4);
   start_[0] = 0;
-  int ring = 0;
-  for (int i = 0; i < size(); ++i) {
-    while (i >= ring_start_[ring + 1]) ++ring;
-    const int v = order_[i], ring_end = ring_start_[ring + 1];
-    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
-    const std::size_t begin = near_.size();
-    near_.resize(begin + 3 * static_cast<std::size_t>(last - first));
-    int* const lower = near_.data() + begin;
-    int* const same = lower + (last - first);
-    int* const later = same + (last - first);
-    int lowers = 0, sames = 0, laters = 0, triangles = 0;
-    double area = 0;
-    bool was_lower = false, first_lower = false;
-    double area_before = 0;
-    for (int k = first; k < last; ++k) {
-      const int j = slot_[mesh_.links[k].neighbour] - 1;
-      const bool is_lower = j >= 0 && j < i, is_same = j > i && j < ring_end, is_later = j >= ring_end;
-      lower[lowers] = j;
-      lowers += is_lower;
-      same[sames] = j;
-      sames += is_same;
-      later[laters] = j;
-      laters += is_later;
-      if (k == first) first_lower = is_lower;
-      const bool whole = is_lower && was_lower;
-      triangles += whole;
-      area += whole ? area_before : 0;
-      was_lower = is_lower;
-      area_before = mesh_.links[k].area_m2;
-    }
-    if (first_lower && was_lower && last - first > 2) {
-      ++triangles;
-      area += area_before;
-    }
-    std::copy(same, same + sames, lower + lowers);
-    std::copy(later, later + laters, lower + lowers + sames);
-    middle_[i] = static_cast<int>(begin) + lowers;
-    outer_[i] = middle_[i] + sames;
-    start_[i + 1] = outer_[i] + laters;
-    near_.resize(static_cast<std::size_t>(start_[i + 1]));
-    own_[i] = {area, triangles, 1 - lowers + triangles};
-  }
+  for (int ring = 0; ring < rings(); ++ring)
+    for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i) link_vertex(i, ring_start_[ring + 1]);
   if (quantum_m <= 0) return;
-  weight_.resize(near_.size());
+  weight_.resize(static_cast<std::size_t>(start_[n]));
   for (int i = 0; i < size(); ++i)
     for (int k = start_[i]; k < start_[i + 1]; ++k) {
       const double length = (mesh_.position(order_[i]) - mesh_.position(order_[near_[k]])).norm();
@@ -153,9 +118,45 @@ void Region::link_region(double quantum_m) {
     }
 }
 
+void Region::link_vertex(int i, int ring_end) {
+  const int first = mesh_.link_start[order_[i]], last = mesh_.link_start[order_[i] + 1];
+  if (same_.size() < static_cast<std::size_t>(last - first)) {
+    same_.resize(static_cast<std::size_t>(last - first));
+    later_.resize(same_.size());
+  }
+  int* const lower = near_.data() + start_[i];
+  int lowers = 0, sames = 0, laters = 0, triangles = 0, farthest = 0;
+  double area = 0, area_before = mesh_.links[last - 1].area_m2;
+  const int closing = slot_[mesh_.links[last - 1].neighbour] - 1;
+  bool was_lower = closing >= 0 && closing < i && last - first > 2;
+  for (int k = first; k < last; ++k) {
+    const int j = slot_[mesh_.links[k].neighbour] - 1;
+    const bool is_lower = j >= 0 && j<i, is_same = j> i && j < ring_end, is_later = j >= ring_end;
+    lower[lowers] = j;
+    lowers += is_lower;
+    same_[sames] = j;
+    sames += is_same;
+    later_[laters] = j;
+    laters += is_later;
+    farthest = std::max(farthest, j < 0 ? std::numeric_limits<int>::max() : j);
+    const bool whole = is_lower && was_lower;
+    triangles += whole;
+    area += whole ? area_before : 0;
+    was_lower = is_lower;
+    area_before = mesh_.links[k].area_m2;
+  }
+  for (int k = 0; k < sames; ++k) lower[lowers + k] = same_[k];
+  for (int k = 0; k < laters; ++k) lower[lowers + sames + k] = later_[k];
+  middle_[i] = start_[i] + lowers;
+  outer_[i] = middle_[i] + sames;
+  start_[i + 1] = outer_[i] + laters;
+  own_[i] = {area, triangles, 1 - lowers + triangles};
+  farthest_[i] = farthest;
+}
+
 RegionView Region::view() const {
-  return {size(), patch_, rings(), ring_start_.data(), start_.data(), middle_.data(), outer_.data(), near_.data(),
-          weight_.data()};
+  return {size(),         patch_,        rings(),      ring_start_.data(), start_.data(),
+          middle_.data(), outer_.data(), near_.data(), weight_.data()};
 }
 
 }  // namespace geocage::topology

@@ -23,7 +23,8 @@ class Region {
 
   /// Within `hops` edges of a source. Returns the rings' number: 1 + the greatest distance from the patch.
   void grow_by_hops(const int* sources, int count, int hops);
-  /// Within `radius_m` along edges; weights are edge lengths in units of `quantum_m`, rounded to whole numbers.
+  /// Within `radius_m` along edges; weights are edge lengths in units of `quantum_m`, rounded to whole
+  /// numbers.
   void grow_by_length(const int* sources, int count, double radius_m, double quantum_m);
 
   int size() const { return static_cast<int>(order_.size()); }
@@ -35,6 +36,8 @@ class Region {
   const int* slot() const { return slot_.data(); }
   /// Cells (triangles, edges, the vertex) whose last corner is each vertex.
   const std::vector<OwnCells>& own() const { return own_; }
+  /// The last neighbour of each vertex in the order; beyond all where one is outside or the link has a gap.
+  const std::vector<int>& farthest() const { return farthest_; }
   RegionView view() const;
 
  private:
@@ -44,9 +47,10 @@ class Region {
     slot_[rank] = static_cast<int>(order_.size());
   }
   void link_region(double quantum_m);
+  void link_vertex(int i, int ring_end);
 
   const BallMesh& mesh_;
-  std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_;
+  std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_, same_, later_;
   std::vector<std::uint32_t> weight_;
   std::vector<OwnCells> own_;
   std::vector<double> length_;  ///< by slot

@@ -28,8 +28,8 @@ struct Row {
   static constexpr Lane far = sizeof(Lane) == 1 ? Lane{255} : static_cast<Lane>(0x80000000u);
 };
 
-/// Row i gets the least of itself and its neighbours near[first .. last) one edge farther; true if it changed.
-/// `fresh`: it holds nothing yet.
+/// Row i gets the least of itself and its neighbours near[first .. last) one edge farther; true if it
+/// changed. `fresh`: it holds nothing yet.
 template <class Lane, bool fresh = false>
 HWY_INLINE bool relax(const RegionView& region, Lane* rows, int i, int first, int last) {
   using R = Row<Lane>;
@@ -89,15 +89,15 @@ void start_rows(const RegionView& region, int first, int count, Lane* rows, std:
   for (int l = 0; l < count; ++l) rows[static_cast<std::ptrdiff_t>(first + l) * in_row + l] = 0;
   for (bool any = true; any;) {
     any = false;
-    for (int i = 0; i < region.patch; ++i)
-      any |= relax(region, rows, i, region.start[i], region.middle[i]);
-    for (int i = region.patch - 1; i >= 0; --i) any |= relax(region, rows, i, region.middle[i], region.outer[i]);
+    for (int i = 0; i < region.patch; ++i) any |= relax(region, rows, i, region.start[i], region.middle[i]);
+    for (int i = region.patch - 1; i >= 0; --i)
+      any |= relax(region, rows, i, region.middle[i], region.outer[i]);
   }
   std::memset(dirty, 0, static_cast<std::size_t>(region.size));
 }
 
-/// Ring by ring outwards: from before, then from behind within the ring. Then once inwards over all, and the rest
-/// where something moved. Ends at the one fixed point of row(i) = min(row(i), edge + row of neighbours).
+/// Ring by ring outwards: from before, then from behind within the ring. Then once inwards over all, and the
+/// rest where something moved. Ends at the one fixed point of row(i) = min(row(i), edge + row of neighbours).
 template <class Lane>
 void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::uint8_t* dirty) {
   start_rows(region, first, count, rows, dirty);
@@ -141,8 +141,8 @@ void HopMasks(const std::uint8_t* rows, int size, int limit, std::uint64_t* mask
   }
 }
 
-std::uint32_t LengthMasks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack, int word,
-                          std::uint64_t* masks) {
+std::uint32_t LengthMasks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack,
+                          int word, std::uint64_t* masks) {
   using R = Row<std::uint32_t>;
   const R::Tag d;
   const auto most = hn::Set(d, limit), low = hn::Set(d, limit - slack), high = hn::Set(d, limit + slack);
@@ -266,8 +266,8 @@ void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* mas
   HWY_DYNAMIC_DISPATCH(HopMasks)(rows, size, limit, masks);
 }
 
-std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack, int word,
-                           std::uint64_t* masks) {
+std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack,
+                           int word, std::uint64_t* masks) {
   return HWY_DYNAMIC_DISPATCH(LengthMasks)(rows, size, limit, slack, word, masks);
 }
 

@@ -7,14 +7,28 @@
 
 namespace geocage::topology {
 
-constexpr int lanes = 128;         ///< sources of a patch; one row of 128 bytes holds a byte for each
-constexpr int length_lanes = 32;   ///< lanes of a row of 32-bit lengths
-constexpr int sum_slots = 16;      ///< doubles of a row of sums
+constexpr int lanes = 128;        ///< sources of a patch; one row of 128 bytes holds a byte for each
+constexpr int length_lanes = 32;  ///< lanes of a row of 32-bit lengths
+constexpr int sum_slots = 16;     ///< doubles of a row of sums
 constexpr int mask_words = lanes / 64;
 
 /// Which sum stands where in a row; moments about the origin that the kernel is given.
-enum Slot { slot_count, slot_x, slot_y, slot_z, slot_defect, slot_xx, slot_xy, slot_xz, slot_yy, slot_yz, slot_zz,
-            slot_area, slot_triangles, slot_euler };
+enum Slot {
+  slot_count,
+  slot_x,
+  slot_y,
+  slot_z,
+  slot_defect,
+  slot_xx,
+  slot_xy,
+  slot_xz,
+  slot_yy,
+  slot_yz,
+  slot_zz,
+  slot_area,
+  slot_triangles,
+  slot_euler
+};
 
 /// Area and number of the triangles whose last corner is a vertex, and 1 - edges + triangles that end there.
 struct OwnCells {
@@ -23,7 +37,8 @@ struct OwnCells {
 };
 
 /// A region's vertices 0 .. size - 1; the first `patch` are the sources. Neighbours of i in `near`:
-/// [start, middle) come before i, [middle, outer) after i in the same ring, [outer, next start) in later rings.
+/// [start, middle) come before i, [middle, outer) after i in the same ring, [outer, next start) in later
+/// rings.
 struct RegionView {
   int size, patch, rings;
   const int *ring_start, *start, *middle, *outer, *near;
@@ -38,10 +53,10 @@ void length_rows(const RegionView& region, int first, std::uint32_t* rows, std::
 
 /// Bit l of masks[2 i ..] says whether row i has a value <= limit at lane l.
 void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks);
-/// Bits of 32 lanes, into word `word` of each mask of four 32-bit words. `close`: the lanes where any value lies
-/// in (limit - slack, limit + slack].
-std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack, int word,
-                           std::uint64_t* masks);
+/// Bits of 32 lanes, into word `word` of each mask of four 32-bit words. `close`: the lanes where any value
+/// lies in (limit - slack, limit + slack].
+std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack,
+                           int word, std::uint64_t* masks);
 
 struct SumInput {
   int size;

@@ -16,7 +16,8 @@ BallFields BallFields::of_size(std::size_t vertices, double radius_m) {
   for (auto* column : {&fields.curvature_sum_rad, &fields.winding_angle_rad, &fields.accumulated_angle_rad,
                        &fields.ball_area_m2})
     column->resize(vertices);
-  for (auto* column : {&fields.ball_vertices, &fields.ball_triangles, &fields.euler}) column->resize(vertices);
+  for (auto* column : {&fields.ball_vertices, &fields.ball_triangles, &fields.euler})
+    column->resize(vertices);
   fields.center.resize(vertices);
   fields.axis.resize(vertices);
   return fields;

@@ -16,7 +16,8 @@ struct BallFields {
   double radius_m = 0;
   std::vector<double> curvature_sum_rad;  ///< S2: sum of angle defects over the ball's vertices
   std::vector<double> winding_angle_rad;  ///< S1: in [pi, 2 pi]; NaN where there is no dominant axis
-  std::vector<double> accumulated_angle_rad;  ///< what the section runs through in all its turns; NaN as above
+  std::vector<double>
+      accumulated_angle_rad;  ///< what the section runs through in all its turns; NaN as above
   std::vector<int> ball_vertices, ball_triangles, euler;
   std::vector<double> ball_area_m2;
   std::vector<Vec3> center, axis;  ///< Z, and the unit principal axis A (zero where there is none)
@@ -37,7 +38,8 @@ struct BallSet {
 /// closed.
 std::vector<double> angle_defects_rad(const geometry::TriangleMesh& mesh);
 
-/// The path that is measured: the cut of the plane with the triangles, or the mesh edges along it (thesis 3.5).
+/// The path that is measured: the cut of the plane with the triangles, or the mesh edges along it
+/// (thesis 3.5).
 enum class SectionPath { plane, edges };
 
 struct BallOptions {
@@ -46,10 +48,10 @@ struct BallOptions {
   bool winding = true;  ///< false: no sections, both angles stay NaN
 };
 
-/// Balls of all vertices at each radius (thesis 3.3-3.5). Precondition: edges are manifold and oriented alike, each
-/// vertex in one fan; the curvature of an open mesh's boundary vertices means nothing. Grows 128 balls at once
-/// (lane_balls.h); exactly the balls of plain_ball_fields, sums to 1e-9 of the sum of their absolute values. Same
-/// bytes for any thread count and instruction set.
+/// Balls of all vertices at each radius (thesis 3.3-3.5). Precondition: edges are manifold and oriented
+/// alike, each vertex in one fan; the curvature of an open mesh's boundary vertices means nothing. Grows 128
+/// balls at once (lane_balls.h); exactly the balls of plain_ball_fields, sums to 1e-9 of the sum of their
+/// absolute values. Same bytes for any thread count and instruction set.
 BallSet ball_fields(const geometry::TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
                     const BallOptions& options = {});
 

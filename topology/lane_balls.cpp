@@ -1,6 +1,7 @@
 #include "topology/lane_balls.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <new>
@@ -40,8 +41,8 @@ class Aligned {
   std::size_t count_ = 0;
 };
 
-/// Principal axis of a scatter matrix from its characteristic polynomial (the trigonometric form: Smith 1961); the
-/// vector is the longest cross product of two rows of S - l1 I. False where no axis is dominant.
+/// Principal axis of a scatter matrix from its characteristic polynomial (the trigonometric form: Smith
+/// 1961); the vector is the longest cross product of two rows of S - l1 I. False where no axis is dominant.
 bool principal_axis(const Eigen::Matrix3d& s, double guard, Vec3& axis) {
   const double mean = s.trace() / 3;
   const Eigen::Matrix3d b = s - mean * Eigen::Matrix3d::Identity();
@@ -59,7 +60,8 @@ bool principal_axis(const Eigen::Matrix3d& s, double guard, Vec3& axis) {
     axis = best / best.norm();
     return true;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(s);  // two roots nearly the same: the slow, safe way
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      s);  // two roots nearly the same: the slow, safe way
   const Vec3 values = solver.eigenvalues();
   axis = solver.eigenvectors().col(2);
   return values[2] > 0 && values[2] >= guard * values[1];
@@ -95,8 +97,8 @@ struct Job {
     }
   }
 
-  /// Whole quanta, 2^30 of them to the largest radius. A path of n edges is off by at most n / 2 quanta, and n is at
-  /// most the radius over the shortest edge: nearer to the radius than that, a plain search decides.
+  /// Whole quanta, 2^30 of them to the largest radius. A path of n edges is off by at most n / 2 quanta, and
+  /// n is at most the radius over the shortest edge: nearer to the radius than that, a plain search decides.
   void measure_lengths() {
     quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
     double shortest = largest_m;
@@ -114,7 +116,11 @@ struct Job {
 class PatchBalls {
  public:
   explicit PatchBalls(Job& job)
-      : job_(job), mesh_(job.mesh), region_(job.mesh), walker_(job.mesh, job.grid), masks_(job.set.radii.size()) {}
+      : job_(job),
+        mesh_(job.mesh),
+        region_(job.mesh),
+        walker_(job.mesh, job.grid),
+        masks_(job.set.radii.size()) {}
 
   void run(int patch) {
     sources_ = job_.patches.sources.data() + job_.patches.start[patch];
@@ -126,14 +132,15 @@ class PatchBalls {
       grow_lengths();
     add_up();
     for (std::size_t q = 0; q < job_.set.radii.size(); ++q) {
-      correct_last_corners(q);
-      correct_loose_edges(q);
+      correct_sums(q);
+      tasks_.clear();
       for (int l = 0; l < count_; ++l) {
         if (undecided_[l / 64] >> (l % 64) & 1)
           undecided.push_back(mesh_.original[sources_[l]]);
         else
           finish(q, l);
       }
+      measure_sections(job_.set.radii[q]);
     }
   }
 
@@ -141,7 +148,9 @@ class PatchBalls {
   int searched_whole() const { return walker_.searched_whole; }
 
  private:
-  std::uint64_t* masks(std::size_t q) { return masks_[q].data() + mask_words; }  ///< of vertex 0; before it: outside
+  std::uint64_t* masks(std::size_t q) {
+    return masks_[q].data() + mask_words;
+  }  ///< of vertex 0; before it: outside
 
   void make_masks() {
     const std::size_t words = (static_cast<std::size_t>(region_.size()) + 1) * mask_words;
@@ -191,7 +200,10 @@ class PatchBalls {
     std::vector<const std::uint64_t*> masks_of;
     for (std::size_t q = 0; q < masks_.size(); ++q) masks_of.push_back(masks(q));
     const Vec3 origin = mesh_.position(sources_[0]);
-    const SumInput input{region_.size(), region_.order().data(), &mesh_.points[0].x, region_.own().data(),
+    const SumInput input{region_.size(),
+                         region_.order().data(),
+                         &mesh_.points[0].x,
+                         region_.own().data(),
                          {origin.x(), origin.y(), origin.z()}};
     lane_sums(input, static_cast<int>(masks_.size()), masks_of.data(),
               sums_.at_least(masks_.size() * lanes * sum_slots));
@@ -206,23 +218,52 @@ class PatchBalls {
   }
 
   /// The sums took every cell whose last corner is in the ball; those of them with another corner outside go.
-  void correct_last_corners(std::size_t q) {
+  /// And an edge of the ball without a triangle of it, and a vertex without one, are no part of the surface.
+  /// Both concern only vertices with a neighbour outside of some ball: most have all theirs in all balls, or
+  /// are in none.
+  void correct_sums(std::size_t q) {
     const RegionView view = region_.view();
     const std::uint64_t* mask = masks(q);
-    for (int i = 0; i < region_.size(); ++i) {
+    const int size = region_.size(), inner = common_inside(q);
+    for (int i = 0; i < size; ++i) {
+      if (region_.farthest()[i] < inner) continue;
       const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
-      std::uint64_t all[mask_words] = {~std::uint64_t{0}, ~std::uint64_t{0}};
-      for (int n = view.start[i]; n < view.middle[i]; ++n)
-        for (int w = 0; w < mask_words; ++w) all[w] &= mask[static_cast<std::ptrdiff_t>(view.near[n]) * mask_words + w];
-      if (((own[0] & ~all[0]) | (own[1] & ~all[1])) != 0) take_missing(q, i);
+      if ((own[0] | own[1]) == 0) continue;
+      std::uint64_t first = ~std::uint64_t{0}, second = first;
+      const auto meet = [&](int begin, int end) {
+        for (int n = begin; n < end; ++n) {
+          const std::uint64_t* other = mask + static_cast<std::ptrdiff_t>(view.near[n]) * mask_words;
+          first &= other[0];
+          second &= other[1];
+        }
+        return ((own[0] & ~first) | (own[1] & ~second)) != 0;
+      };
+      if (meet(view.start[i], view.middle[i])) take_missing(q, i);
+      if (meet(view.middle[i], view.start[i + 1]) || region_.farthest()[i] >= size) look_round(q, i);
     }
+  }
+
+  /// How many vertices from the first on are in all balls.
+  int common_inside(std::size_t q) {
+    const std::uint64_t* mask = masks(q);
+    std::uint64_t full[mask_words];
+    for (int w = 0; w < mask_words; ++w) full[w] = mask[w];
+    int i = 0;
+    while (i < region_.size() && mask[mask_words * static_cast<std::ptrdiff_t>(i)] == full[0] &&
+           mask[mask_words * static_cast<std::ptrdiff_t>(i) + 1] == full[1])
+      ++i;
+    for (int l = 0; l < count_ && i > 0; ++l)
+      if (!(full[l / 64] >> (l % 64) & 1)) i = 0;
+    return i;
   }
 
   void take_missing(std::size_t q, int i) {
     const int v = region_.order()[i];
     const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
     const std::uint64_t* own = masks(q) + static_cast<std::ptrdiff_t>(i) * mask_words;
-    const auto mask_of = [&](int slot) { return masks_[q].data() + static_cast<std::ptrdiff_t>(slot) * mask_words; };
+    const auto mask_of = [&](int slot) {
+      return masks_[q].data() + static_cast<std::ptrdiff_t>(slot) * mask_words;
+    };
     int before = region_.slot()[mesh_.links[last - 1].neighbour];
     double area = mesh_.links[last - 1].area_m2;
     for (int k = first; k < last; ++k) {
@@ -233,7 +274,8 @@ class PatchBalls {
         for_lanes(edge, [&](int l) { sums(q, l)[slot_euler] += 1; });
         if (before > 0 && before <= i && (k > first || last - first > 2)) {
           const std::uint64_t* other = mask_of(before);
-          const std::uint64_t lost[mask_words] = {own[0] & ~(mask[0] & other[0]), own[1] & ~(mask[1] & other[1])};
+          const std::uint64_t lost[mask_words] = {own[0] & ~(mask[0] & other[0]),
+                                                  own[1] & ~(mask[1] & other[1])};
           for_lanes(lost, [&](int l) {
             double* sum = sums(q, l);
             sum[slot_triangles] -= 1;
@@ -247,25 +289,10 @@ class PatchBalls {
     }
   }
 
-  /// An edge of the ball without a triangle of it, and a vertex without one, are no part of the surface: chi counts
-  /// the triangles' own edges and corners. Each loose edge is met at both of its ends.
-  void correct_loose_edges(std::size_t q) {
-    const RegionView view = region_.view();
-    const std::uint64_t* mask = masks(q);
-    for (int i = 0; i < region_.size(); ++i) {
-      const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
-      const int v = region_.order()[i];
-      const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
-      std::uint64_t all[mask_words] = {~std::uint64_t{0}, ~std::uint64_t{0}};
-      for (int n = view.start[i]; n < view.start[i + 1]; ++n)
-        for (int w = 0; w < mask_words; ++w) all[w] &= mask[static_cast<std::ptrdiff_t>(view.near[n]) * mask_words + w];
-      const bool whole = view.start[i + 1] - view.start[i] == last - first;  // neither the region's rim nor a border
-      if (whole && ((own[0] & ~all[0]) | (own[1] & ~all[1])) == 0) continue;
-      look_round(q, i, first, last);
-    }
-  }
-
-  void look_round(std::size_t q, int i, int first, int last) {
+  /// chi counts the triangles' own edges and corners. Each loose edge is met at both of its ends.
+  void look_round(std::size_t q, int i) {
+    const int v = region_.order()[i];
+    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
     const int* slot = region_.slot();
     for (int w = 0; w < mask_words; ++w) {
       const std::uint64_t own = masks(q)[static_cast<std::ptrdiff_t>(i) * mask_words + w];
@@ -312,9 +339,16 @@ class PatchBalls {
     out.axis[v] = axis;
     if (!job_.options.winding) return;
     const LaneBall ball{region_.slot(), masks_[q].data() + l / 64, std::uint64_t{1} << (l % 64)};
-    const CutAngles angles = walker_.measure(ball, rank, out.center[v], axis);
-    out.winding_angle_rad[v] = angles.winding_rad;
-    out.accumulated_angle_rad[v] = angles.accumulated_rad;
+    tasks_.push_back({ball, rank, out.center[v], axis, 0, 0});
+  }
+
+  void measure_sections(BallFields& out) {
+    walker_.measure(tasks_);
+    for (const CutTask& task : tasks_) {
+      const int v = mesh_.original[task.source];
+      out.winding_angle_rad[v] = task.winding_rad;
+      out.accumulated_angle_rad[v] = task.accumulated_rad;
+    }
   }
 
   Job& job_;
@@ -327,6 +361,7 @@ class PatchBalls {
   std::vector<std::uint8_t> dirty_;
   std::vector<Aligned<std::uint64_t>> masks_;
   Aligned<double> sums_;
+  std::vector<CutTask> tasks_;
   std::uint64_t undecided_[mask_words] = {};
 };
 

@@ -184,7 +184,9 @@ class Measurer {
 
 /// Closed walks along the border of a set of triangles, keeping to one fan at each vertex.
 int count_boundary_loops(const NumberedEdges& edges, const std::vector<int>& triangles) {
-  const auto inside = [&](int f) { return f >= 0 && std::binary_search(triangles.begin(), triangles.end(), f); };
+  const auto inside = [&](int f) {
+    return f >= 0 && std::binary_search(triangles.begin(), triangles.end(), f);
+  };
   std::set<std::pair<int, int>> left;  // border sides: triangle, side
   for (int f : triangles)
     for (int i = 0; i < 3; ++i)

@@ -6,10 +6,10 @@
 
 namespace geocage::topology {
 
-/// The oracle of ball_fields: one search a vertex, sums over its vertices, and the section by joining all cut points
-/// (section.h). The same fields in the plainest way; O(V x ball).
-BallSet plain_ball_fields(const geometry::TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
-                          const BallOptions& options = {});
+/// The oracle of ball_fields: one search a vertex, sums over its vertices, and the section by joining all cut
+/// points (section.h). The same fields in the plainest way; O(V x ball).
+BallSet plain_ball_fields(const geometry::TriangleMesh& mesh, const std::vector<double>& radii_m,
+                          Metric metric, const BallOptions& options = {});
 
 /// The same for some vertices alone, into a set that is there already.
 void plain_balls_of(const geometry::TriangleMesh& mesh, const std::vector<int>& vertices, Metric metric,
@@ -18,8 +18,12 @@ void plain_balls_of(const geometry::TriangleMesh& mesh, const std::vector<int>& 
 /// One thread's desk: the vertices around one source in the order of their distance.
 class PlainSearch {
  public:
-  PlainSearch(const geometry::TriangleMesh& mesh, const geometry::CompressedRows& neighbours, double mean_edge_m)
-      : mesh_(mesh), neighbours_(neighbours), mean_edge_m_(mean_edge_m), rank_(mesh.vertices.size(), outside) {}
+  PlainSearch(const geometry::TriangleMesh& mesh, const geometry::CompressedRows& neighbours,
+              double mean_edge_m)
+      : mesh_(mesh),
+        neighbours_(neighbours),
+        mean_edge_m_(mean_edge_m),
+        rank_(mesh.vertices.size(), outside) {}
 
   void run(int source, double radius_m, Metric metric);
   /// How many vertices of the order lie within `radius_m`.

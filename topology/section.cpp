@@ -64,8 +64,7 @@ void Cutter::find_points(const std::vector<int>& triangles, const Vec3& center, 
       int& known = known_[edges_.of[f][i]];
       if (known < 0) {
         known = static_cast<int>(points_.size());
-        points_.push_back({edges_.of[f][i],
-                           h[i] >= 0 ? std::array{t[i], t[j]} : std::array{t[j], t[i]},
+        points_.push_back({edges_.of[f][i], h[i] >= 0 ? std::array{t[i], t[j]} : std::array{t[j], t[i]},
                            (h[i] * mesh_.vertices[t[j]] - h[j] * mesh_.vertices[t[i]]) / (h[i] - h[j])});
       }
       ends[found++] = known;

@@ -23,8 +23,8 @@ struct Section {
   bool closed = false;
 };
 
-/// Which side of a plane p is on: axis . p - offset, added up in the same order everywhere, so that two ways to cut a
-/// ball agree on every vertex. >= 0 is above.
+/// Which side of a plane p is on: axis . p - offset, added up in the same order everywhere, so that two ways
+/// to cut a ball agree on every vertex. >= 0 is above.
 inline double plane_height(const double* axis, double offset, const double* p) {
   return axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2] - offset;
 }
@@ -62,8 +62,9 @@ class Cutter {
   std::vector<char> taken_;
 };
 
-/// The path of mesh edges along a section: of each cut edge the end nearer to the plane, projected onto it (the
-/// thesis's edge path). Neighbours in it share an edge, since cut edges that follow each other share a triangle.
+/// The path of mesh edges along a section: of each cut edge the end nearer to the plane, projected onto it
+/// (the thesis's edge path). Neighbours in it share an edge, since cut edges that follow each other share a
+/// triangle.
 Section along_edges(const Section& section, const geometry::TriangleMesh& mesh, const Vec3& center,
                     const Vec3& axis);
 

@@ -284,9 +284,10 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
 bool same_bytes(const BallFields& a, const BallFields& b) {
   return a.radius_m == b.radius_m && same_bytes(a.curvature_sum_rad, b.curvature_sum_rad) &&
          same_bytes(a.winding_angle_rad, b.winding_angle_rad) &&
-         same_bytes(a.accumulated_angle_rad, b.accumulated_angle_rad) && same_bytes(a.ball_area_m2, b.ball_area_m2) &&
-         a.ball_vertices == b.ball_vertices && a.ball_triangles == b.ball_triangles && a.euler == b.euler &&
-         a.center == b.center && a.axis == b.axis;
+         same_bytes(a.accumulated_angle_rad, b.accumulated_angle_rad) &&
+         same_bytes(a.ball_area_m2, b.ball_area_m2) && a.ball_vertices == b.ball_vertices &&
+         a.ball_triangles == b.ball_triangles && a.euler == b.euler && a.center == b.center &&
+         a.axis == b.axis;
 }
 
 TEST(Balls, SameBytesForAnyThreadCount) {

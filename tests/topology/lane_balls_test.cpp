@@ -1,4 +1,5 @@
-// The lane-parallel balls against the plain ones: every lane, every radius, both metrics, every instruction set.
+// The lane-parallel balls against the plain ones: every lane, every radius, both metrics, every instruction
+// set.
 #include "topology/lane_balls.h"
 
 #include <cmath>
@@ -32,8 +33,9 @@ TriangleMesh knot(int along, int around) {
   for (Vec3& p : mesh.vertices) {
     const double t = std::atan2(p.y(), p.x()), ring = std::hypot(p.x(), p.y()) - 2, up = p.z();
     const Vec3 center(std::sin(t) + 2 * std::sin(2 * t), std::cos(t) - 2 * std::cos(2 * t), -std::sin(3 * t));
-    const Vec3 along_t = Vec3(std::cos(t) + 4 * std::cos(2 * t), -std::sin(t) + 4 * std::sin(2 * t),
-                              -3 * std::cos(3 * t)).normalized();
+    const Vec3 along_t =
+        Vec3(std::cos(t) + 4 * std::cos(2 * t), -std::sin(t) + 4 * std::sin(2 * t), -3 * std::cos(3 * t))
+            .normalized();
     const Vec3 side = along_t.cross(Vec3::UnitZ()).normalized();
     p = center + 0.4 * (ring * side + up * side.cross(along_t));
   }
@@ -51,9 +53,15 @@ TriangleMesh two_bodies() {
 }
 
 std::vector<TriangleMesh> shapes() {
-  return {dented(datasets::icosphere(1, 4)),  dented(datasets::torus(1, 0.3, 100, 30)), knot(240, 16),
-          dented(datasets::box({1, 2, 3}, 8)), datasets::cup(0.04, 0.1, 0.003, 32),      two_bodies(),
-          datasets::capped_cylinder(1, 2, 40), datasets::flat_grid(1, 20),               datasets::open_tube(1, 2, 40, 12),
+  return {dented(datasets::icosphere(1, 4)),
+          dented(datasets::torus(1, 0.3, 100, 30)),
+          knot(240, 16),
+          dented(datasets::box({1, 2, 3}, 8)),
+          datasets::cup(0.04, 0.1, 0.003, 32),
+          two_bodies(),
+          datasets::capped_cylinder(1, 2, 40),
+          datasets::flat_grid(1, 20),
+          datasets::open_tube(1, 2, 40, 12),
           datasets::tetrahedron()};
 }
 
@@ -80,7 +88,8 @@ TEST(LaneBalls, AreThePlainBallsInEveryLane) {
       const double diagonal = check_mesh(mesh).diagonal_m();
       const std::vector<double> radii = {1e-6 * diagonal, 0.03 * diagonal, 0.1 * diagonal, 0.31 * diagonal,
                                          5 * diagonal};
-      const auto lane = lane_ball_fields(mesh, radii, metric, {}), plain = plain_ball_fields(mesh, radii, metric);
+      const auto lane = lane_ball_fields(mesh, radii, metric, {}),
+                 plain = plain_ball_fields(mesh, radii, metric);
       for (std::size_t q = 0; q < radii.size(); ++q) expect_same_balls(lane.radii[q], plain.radii[q], mesh);
     }
 }
@@ -88,8 +97,8 @@ TEST(LaneBalls, AreThePlainBallsInEveryLane) {
 // The section is judged with the ball's own centre and axis: its triangles cut by the independent search.
 TEST(LaneBalls, SectionsAreThoseOfTheIndependentSearch) {
   int compared = 0;
-  for (const auto& mesh : {dented(datasets::icosphere(1, 4)), dented(datasets::torus(1, 0.3, 80, 24)), knot(200, 14),
-                           two_bodies(), datasets::cup(0.04, 0.1, 0.003, 32)})
+  for (const auto& mesh : {dented(datasets::icosphere(1, 4)), dented(datasets::torus(1, 0.3, 80, 24)),
+                           knot(200, 14), two_bodies(), datasets::cup(0.04, 0.1, 0.003, 32)})
     for (const double share : {0.08, 0.2}) {
       const double radius = share * check_mesh(mesh).diagonal_m();
       const auto ball = lane_ball_fields(mesh, {radius}, Metric::hop, {}).radii.front();
@@ -104,21 +113,24 @@ TEST(LaneBalls, SectionsAreThoseOfTheIndependentSearch) {
         std::vector<int> inside;
         for (int f = 0; f < static_cast<int>(mesh.triangles.size()); ++f) {
           const auto& t = mesh.triangles[f];
-          if (std::max({search.rank(t[0]), search.rank(t[1]), search.rank(t[2])}) < count) inside.push_back(f);
+          if (std::max({search.rank(t[0]), search.rank(t[1]), search.rank(t[2])}) < count)
+            inside.push_back(f);
         }
         const Section section = cutter.cut(inside, mesh.vertices[v], ball.center[v], ball.axis[v]);
-        // Angles of at most 200 steps, each to 1e-15 and the ends to 1e-16 / (their distance from the centre).
-        EXPECT_NEAR(ball.winding_angle_rad[v], winding_angle_rad(section, ball.center[v], ball.axis[v]), 1e-11);
-        EXPECT_NEAR(ball.accumulated_angle_rad[v], accumulated_angle_rad(section, ball.center[v], ball.axis[v]),
+        // Angles of at most 200 steps, each to 1e-15 and the ends to 1e-16 / (their distance from the
+        // centre).
+        EXPECT_NEAR(ball.winding_angle_rad[v], winding_angle_rad(section, ball.center[v], ball.axis[v]),
                     1e-11);
+        EXPECT_NEAR(ball.accumulated_angle_rad[v],
+                    accumulated_angle_rad(section, ball.center[v], ball.axis[v]), 1e-11);
         ++compared;
       }
     }
   EXPECT_GT(compared, 5000);
 }
 
-// A long thin strip of surface has more hops than a byte holds: the plain way takes over. Where the surface ends
-// sooner than the radius, it need not.
+// A long thin strip of surface has more hops than a byte holds: the plain way takes over. Where the surface
+// ends sooner than the radius, it need not.
 TEST(LaneBalls, MoreHopsThanAByteHolds) {
   const auto rod = dented(datasets::torus(20, 0.05, 1600, 3));
   LaneReport report;
@@ -144,10 +156,12 @@ bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }
 bool same_bytes(const BallFields& a, const BallFields& b) {
-  return same_bytes(a.curvature_sum_rad, b.curvature_sum_rad) && same_bytes(a.winding_angle_rad, b.winding_angle_rad) &&
-         same_bytes(a.accumulated_angle_rad, b.accumulated_angle_rad) && same_bytes(a.ball_area_m2, b.ball_area_m2) &&
-         a.ball_vertices == b.ball_vertices && a.ball_triangles == b.ball_triangles && a.euler == b.euler &&
-         a.center == b.center && a.axis == b.axis;
+  return same_bytes(a.curvature_sum_rad, b.curvature_sum_rad) &&
+         same_bytes(a.winding_angle_rad, b.winding_angle_rad) &&
+         same_bytes(a.accumulated_angle_rad, b.accumulated_angle_rad) &&
+         same_bytes(a.ball_area_m2, b.ball_area_m2) && a.ball_vertices == b.ball_vertices &&
+         a.ball_triangles == b.ball_triangles && a.euler == b.euler && a.center == b.center &&
+         a.axis == b.axis;
 }
 
 TEST(LaneBalls, SameBytesForEveryInstructionSetAndThreadCount) {
