@@ -207,7 +207,7 @@ inline bool SectionWalker::advance(const LaneBall& ball, const Plane& plane, Tip
   return !tip.closed;
 }
 
-/// All walks that wait, to their ends.
+/// All walks that wait, to their ends; backwards round a ring only as far as notes are taken.
 void SectionWalker::walk_together(const std::vector<CutTask>& tasks, Tip Walk::*which) {
   std::array<int, together> active;
   std::size_t next = 0;
@@ -216,7 +216,9 @@ void SectionWalker::walk_together(const std::vector<CutTask>& tasks, Tip Walk::*
   while (count > 0)
     for (int i = 0; i < count; ++i) {
       Walk& walk = walks_[active[i]];
-      if (advance(tasks[active[i]].ball, walk.plane, walk.*which)) continue;
+      Tip& tip = walk.*which;
+      const bool known = which == &Walk::behind && walk.ahead.closed && tip.noted == most_noted;
+      if (!known && advance(tasks[active[i]].ball, walk.plane, tip)) continue;
       if (next < waiting_.size())
         active[i] = waiting_[next++];
       else
@@ -355,7 +357,6 @@ void SectionWalker::measure(std::vector<CutTask>& tasks) {
     waiting_.push_back(i);
   }
   walk_together(tasks, &Walk::ahead);
-  std::erase_if(waiting_, [&](int i) { return walks_[i].ahead.closed; });
   walk_together(tasks, &Walk::behind);
   for (int i = 0; i < count; ++i)
     if (walks_[i].start >= 0 && is_nearest(tasks[i].ball, walks_[i]))

@@ -388,7 +388,7 @@ BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& ra
   }
   std::sort(undecided.begin(), undecided.end());
   undecided.erase(std::unique(undecided.begin(), undecided.end()), undecided.end());
-  if (!undecided.empty()) plain_balls_of(mesh, undecided, metric, options, set);
+  if (!undecided.empty()) PlainBalls(mesh, metric, options).measure(undecided, set);
   if (report) *report = {searched_whole, static_cast<int>(undecided.size())};
   return set;
 }

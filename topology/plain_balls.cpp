@@ -212,19 +212,28 @@ int count_boundary_loops(const NumberedEdges& edges, const std::vector<int>& tri
 
 }  // namespace
 
-void plain_balls_of(const TriangleMesh& mesh, const std::vector<int>& vertices, Metric metric,
-                    const BallOptions& options, BallSet& set) {
-  const Surface surface(mesh);
+struct PlainBalls::Parts {
+  const Surface surface;
+  const Metric metric;
+  const BallOptions options;
+};
+
+PlainBalls::PlainBalls(const TriangleMesh& mesh, Metric metric, const BallOptions& options)
+    : parts_(new Parts{Surface(mesh), metric, options}) {}
+PlainBalls::~PlainBalls() = default;
+
+void PlainBalls::measure(const std::vector<int>& vertices, BallSet& set) {
+  const Surface& surface = parts_->surface;
   const auto count = static_cast<int>(vertices.size());
   double largest = 0;
   for (const BallFields& fields : set.radii) largest = std::max(largest, fields.radius_m);
 #pragma omp parallel
   {
-    PlainSearch search(mesh, surface.neighbours, surface.mean_edge);
-    Measurer measurer(surface, search, options);
+    PlainSearch search(surface.mesh, surface.neighbours, surface.mean_edge);
+    Measurer measurer(surface, search, parts_->options);
 #pragma omp for schedule(dynamic, 16)
     for (int i = 0; i < count; ++i) {
-      search.run(vertices[i], largest, metric);
+      search.run(vertices[i], largest, parts_->metric);
       for (BallFields& fields : set.radii)
         measurer.measure(vertices[i], search.count_within(fields.radius_m), fields);
     }
@@ -237,7 +246,7 @@ BallSet plain_ball_fields(const TriangleMesh& mesh, const std::vector<double>& r
   for (double radius : radii_m) set.radii.push_back(BallFields::of_size(mesh.vertices.size(), radius));
   std::vector<int> all(mesh.vertices.size());
   std::iota(all.begin(), all.end(), 0);
-  plain_balls_of(mesh, all, metric, options, set);
+  PlainBalls(mesh, metric, options).measure(all, set);
   return set;
 }
 

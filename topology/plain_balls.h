@@ -1,5 +1,6 @@
 #pragma once
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "topology/balls.h"
@@ -11,9 +12,19 @@ namespace geocage::topology {
 BallSet plain_ball_fields(const geometry::TriangleMesh& mesh, const std::vector<double>& radii_m,
                           Metric metric, const BallOptions& options = {});
 
-/// The same for some vertices alone, into a set that is there already.
-void plain_balls_of(const geometry::TriangleMesh& mesh, const std::vector<int>& vertices, Metric metric,
-                    const BallOptions& options, BallSet& set);
+/// The same for some vertices alone, into a set that is there already; what searches share is made once.
+class PlainBalls {
+ public:
+  PlainBalls(const geometry::TriangleMesh& mesh, Metric metric, const BallOptions& options);
+  ~PlainBalls();
+  PlainBalls(const PlainBalls&) = delete;
+  PlainBalls& operator=(const PlainBalls&) = delete;
+  void measure(const std::vector<int>& vertices, BallSet& set);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
 
 /// One thread's desk: the vertices around one source in the order of their distance.
 class PlainSearch {
