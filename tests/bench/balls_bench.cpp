@@ -1,7 +1,8 @@
-// Geodesic balls with curvature, area, Euler number, axis and winding angle of every vertex, against Boost's bounded
-// Dijkstra, which gives the ball alone, and against the plain implementation. Arguments: mesh (kilo-vertices, about)
-// and percent of the diagonal. The peers look at every 50th vertex; items are sources, so that items per second
-// compare. Run with --benchmark_enable_random_interleaving=true --benchmark_repetitions=3: peers side by side.
+// Geodesic balls with curvature, area, Euler number, axis and winding angle of every vertex, against Boost's
+// bounded Dijkstra, which gives the ball alone, and against the plain implementation. Arguments: mesh
+// (kilo-vertices, about) and percent of the diagonal. The peers look at every 50th vertex; items are sources,
+// so that items per second compare. Run with --benchmark_enable_random_interleaving=true
+// --benchmark_repetitions=3: peers side by side.
 #include <cmath>
 #include <map>
 
@@ -48,8 +49,9 @@ std::vector<int> some_sources(const geometry::TriangleMesh& mesh) {
 }
 void count_items(benchmark::State& state, std::size_t sources) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(sources));
-  state.counters["us/source"] = benchmark::Counter(
-      static_cast<double>(sources) * 1e-6, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["us/source"] =
+      benchmark::Counter(static_cast<double>(sources) * 1e-6,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int threads) {
@@ -75,7 +77,8 @@ void plain(benchmark::State& state, Metric metric) {
 }
 
 struct Beyond {};
-/// Stops behind the radius, and notes whose distance has to be made infinite again: no work that grows with the mesh.
+/// Stops behind the radius, and notes whose distance has to be made infinite again: no work that grows with
+/// the mesh.
 struct Bound : boost::dijkstra_visitor<> {
   double radius;
   const std::vector<double>* distance;
@@ -119,8 +122,8 @@ void boost_ball(benchmark::State& state) {
       try {
         boost::dijkstra_shortest_paths_no_color_map_no_init(
             graph, static_cast<std::size_t>(v), boost::dummy_property_map(), distance.data(),
-            get(boost::edge_weight, graph), get(boost::vertex_index, graph), std::less<>(), std::plus<>(), far, 0.0,
-            bound);
+            get(boost::edge_weight, graph), get(boost::vertex_index, graph), std::less<>(), std::plus<>(),
+            far, 0.0, bound);
       } catch (const Beyond&) {  // the ball is complete
       }
       benchmark::DoNotOptimize(distance.data());
