@@ -81,11 +81,11 @@ Surface::Foot Surface::foot(const Vec3& p_O, unsigned& nearest) const {
   return {facets_[nearest].nearest_point(p_O - scene_.center()) + scene_.center(), distance};
 }
 
-std::optional<Surface::Foot> Surface::foot_facing(const Vec3& p_O, const Vec3& normal_O, double within_m,
-                                                  unsigned& nearest) const {
+std::optional<Surface::Foot> Surface::foot_facing(const Vec3& p_O, const Vec3& normal_O, double least_cos,
+                                                  double within_m, unsigned& nearest) const {
   const Vec3 p = p_O - scene_.center();
-  Query query{this, p, normal_O, within_m * within_m, {}};
-  if (facets_[nearest].normal.dot(normal_O) > 0) {
+  Query query{this, p, normal_O, within_m * within_m, {}, least_cos};
+  if (facets_[nearest].normal.dot(normal_O) > least_cos) {
     query.best2 = facets_[nearest].distance2(p, query.best2);
     if (query.best2 < within_m * within_m) query.nearest = nearest;
   }
@@ -133,7 +133,7 @@ float Surface::search_radius(double best2) const {
 bool Surface::visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<Query*>(arguments->userPtr);
   const Facet& facet = query.surface->facets_[arguments->primID];
-  if (query.facing && !(facet.normal.dot(*query.facing) > 0)) return false;
+  if (query.facing && !(facet.normal.dot(*query.facing) > query.least_cos)) return false;
   const double d2 = facet.distance2(query.p, query.best2);
   if (d2 >= query.best2) return false;
   query.best2 = d2;

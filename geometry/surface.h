@@ -24,9 +24,9 @@ class Surface {
   };
   /// The nearest point of the surface; `nearest` as above.
   Foot foot(const Vec3& p_O, unsigned& nearest) const;
-  /// The nearest point on triangles whose normal is less than 90 degrees from `normal_O`, no farther than
-  /// `within_m`: the same side of a thin wall. Nothing when there is none.
-  std::optional<Foot> foot_facing(const Vec3& p_O, const Vec3& normal_O, double within_m,
+  /// The nearest point on triangles whose normal n has n . normal_O > least_cos, no farther than `within_m`:
+  /// the same side of a thin wall. Nothing when there is none. `normal_O` is a unit vector.
+  std::optional<Foot> foot_facing(const Vec3& p_O, const Vec3& normal_O, double least_cos, double within_m,
                                   unsigned& nearest) const;
 
   /// True when p is inside: a majority of fixed rays meets its first triangle from behind.
@@ -53,6 +53,7 @@ class Surface {
     std::optional<Vec3> facing;
     double best2;
     std::optional<unsigned> nearest;
+    double least_cos = 0;
   };
   Surface(const TriangleMesh& mesh, const MeshReport& report);
   void search(Query& query) const;

@@ -90,7 +90,12 @@ class Remesher {
     if (mesh_.valence(a) + mesh_.valence(b) - 4 > 8) return false;
     (void)c;
     (void)d;
-    const Vec3 target = force_end ? mesh_.position[b] : Vec3((mesh_.position[a] + mesh_.position[b]) / 2);
+    std::array<int, 2> ends;
+    const int fa = folds(a, ends), fb = folds(b, ends);
+    if (fa > fb || (fa == fb && fa > 2)) return false;
+    if (fa >= 2 && fb >= 2 && !folded(h)) return false;
+    const Vec3 target =
+        force_end || fb > fa ? mesh_.position[b] : Vec3((mesh_.position[a] + mesh_.position[b]) / 2);
     bool good = true;
     for (int v : {a, b})
       mesh_.around(v, [&](int x) {
@@ -114,7 +119,8 @@ class Remesher {
       int done = 0;
       for (const auto& [l2, h] : list)
         if (mesh_.alive(h) && mesh_.length2(h) <= shortest * shortest)
-          done += try_collapse(h, 4.0 / 3 * edge_m_);
+          done += try_collapse(h, 4.0 / 3 * edge_m_) ||
+                  (mesh_.alive(h) && try_collapse(mesh_.twin(h), 4.0 / 3 * edge_m_));
       if (done < static_cast<int>(list.size()) / 50 || done == 0) return;
     }
   }
@@ -123,7 +129,8 @@ class Remesher {
     if (mesh_.vertices() > wanted_) {
       for (const auto& [l2, h] : edges(0, 1e300)) {
         if (mesh_.vertices() <= wanted_) break;
-        if (mesh_.alive(h) && mesh_.length2(h) <= l2 * 1.0001) try_collapse(h, 1.6 * edge_m_);
+        if (mesh_.alive(h) && mesh_.length2(h) <= l2 * 1.0001)
+          try_collapse(h, 1.6 * edge_m_) || try_collapse(mesh_.twin(h), 1.6 * edge_m_);
       }
     } else {
       auto list = edges(0, 1e300);
@@ -154,7 +161,7 @@ class Remesher {
                &c = mesh_.position[mesh_.opposite(h)], &d = mesh_.position[mesh_.opposite(g)];
     const Vec3 m1 = (d - a).cross(c - a), m2 = (c - b).cross(d - b);
     const double before = cos_between(n1, n2), after = cos_between(m1, m2);
-    return after > std::min(0.7, before) && after > 0 && cos_between(m1, n1 + n2) > 0.5 &&
+    return !folded(h) && after > std::min(0.7, before) && after > 0 && cos_between(m1, n1 + n2) > 0.5 &&
            cos_between(m2, n1 + n2) > 0.5;
   }
 
@@ -215,8 +222,24 @@ class Remesher {
 
   Vec3 projected(const Vec3& p, const Vec3& normal, int v) {
     ++queries_;
-    const auto foot = source_.foot_facing(p, normal, edge_m_, near_[v]);
+    auto foot = source_.foot_facing(p, normal, 0.7, edge_m_, near_[v]);
+    if (!foot) foot = source_.foot_facing(p, normal, 0, edge_m_, near_[v]);
     return foot ? foot->point_O : source_.foot(p, near_[v]).point_O;
+  }
+
+  bool folded(int h) const {
+    const Vec3 n1 = mesh_.double_area_normal(h), n2 = mesh_.double_area_normal(mesh_.twin(h));
+    const double small = 0.05 * edge_m_ * edge_m_;
+    return n1.norm() > small && n2.norm() > small && cos_between(n1, n2) < 0.5;
+  }
+  int folds(int v, std::array<int, 2>& ends) const {
+    int n = 0;
+    mesh_.around(v, [&](int h) {
+      if (!folded(h)) return;
+      if (n < 2) ends[n] = mesh_.to(h);
+      ++n;
+    });
+    return n;
   }
 
   void relax(int rounds, double step) {
@@ -237,6 +260,14 @@ class Remesher {
         normal.normalize();
         Vec3 move = step * 1.5 * (sum / weight - p);
         move -= normal.dot(move) * normal;
+        std::array<int, 2> ends;
+        const int count = folds(v, ends);
+        if (count == 2) {
+          const Vec3 x = mesh_.position[ends[0]], y = mesh_.position[ends[1]];
+          const Vec3 along = (y - x).normalized();
+          move = along * along.dot((x + y) / 2 - p) * 0.5;
+        } else if (count > 2)
+          move.setZero();
         for (int half = 0; half < 2; ++half, move /= 2) {
           const Vec3 q = projected(p + move, normal, v);
           if (!keeps_faces(v, q)) continue;

@@ -35,8 +35,8 @@ TEST(Surface, FacingFootStaysOnItsSideOfAThinWall) {
   unsigned nearest = 0;
   const Vec3 p(0.1, 0.2, -0.004);  // nearest to the lower side
   EXPECT_NEAR(surface.foot(p, nearest).point_O.z(), -0.005, 1e-12);
-  EXPECT_NEAR(surface.foot_facing(p, Vec3::UnitZ(), 0.1, nearest)->point_O.z(), 0.005, 1e-12);
-  EXPECT_FALSE(surface.foot_facing(p, Vec3::UnitZ(), 0.008, nearest));  // it is 9 mm away
+  EXPECT_NEAR(surface.foot_facing(p, Vec3::UnitZ(), 0, 0.1, nearest)->point_O.z(), 0.005, 1e-12);
+  EXPECT_FALSE(surface.foot_facing(p, Vec3::UnitZ(), 0, 0.008, nearest));  // it is 9 mm away
 }
 
 TEST(SurfaceDistance, ConcentricBalls) {
