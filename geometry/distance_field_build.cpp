@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "geometry/distance_field.h"
-#include "geometry/surface.h"
+#include "geometry/surface_distance.h"
 
 namespace geocage::geometry {
 
@@ -23,7 +23,8 @@ struct Lattice {
 
 /// Unsigned distances of one layer of nodes, each search starting from the nearest triangle of the node
 /// before.
-void measure_layer(const Surface& surface, const Lattice& lattice, int z, unsigned& nearest, float* values) {
+void measure_layer(const SurfaceDistance& surface, const Lattice& lattice, int z, int& nearest,
+                   float* values) {
   for (int y = 0; y < lattice.nodes[1]; ++y)
     for (int x = 0; x < lattice.nodes[0]; ++x)
       values[lattice.index(x, y, z)] = static_cast<float>(surface.distance_m(lattice.at(x, y, z), nearest));
@@ -32,7 +33,7 @@ void measure_layer(const Surface& surface, const Lattice& lattice, int z, unsign
 /// Gives the nodes of a lattice their signs. Two neighbours whose distances add up to more than the step
 /// between them can't have the surface between them: signs flood over such edges, and rays decide one node of
 /// each flooded part. `sign` holds 0 where it is not known yet.
-void flood_signs(const Surface& surface, const Lattice& lattice, const float* distance,
+void flood_signs(const SurfaceDistance& surface, const Lattice& lattice, const float* distance,
                  std::vector<signed char>& sign) {
   std::vector<std::ptrdiff_t> front;
   const std::ptrdiff_t dy = lattice.nodes[0], dz = dy * lattice.nodes[1];
@@ -66,11 +67,11 @@ void flood_signs(const Surface& surface, const Lattice& lattice, const float* di
       }
 }
 
-void measure_coarse(const Surface& surface, const Lattice& lattice, std::vector<float>& values) {
+void measure_coarse(const SurfaceDistance& surface, const Lattice& lattice, std::vector<float>& values) {
   values.resize(static_cast<std::size_t>(lattice.size()));
 #pragma omp parallel for schedule(dynamic, 1)
   for (int z = 0; z < lattice.nodes[2]; ++z) {
-    unsigned nearest = 0;
+    int nearest = 0;
     measure_layer(surface, lattice, z, nearest, values.data());
   }
   std::vector<signed char> sign(values.size(), 0);
@@ -98,10 +99,10 @@ bool may_be_crossed(const std::array<float, 8>& corners, double cell_m) {
 }
 
 /// The (refine + 1)^3 nodes inside one coarse cell; corners keep the coarse nodes' signs.
-void measure_block(const Surface& surface, const Lattice& block, const std::array<float, 8>& corners,
+void measure_block(const SurfaceDistance& surface, const Lattice& block, const std::array<float, 8>& corners,
                    float* values) {
   const int n = block.nodes[0];
-  unsigned nearest = 0;
+  int nearest = 0;
   for (int z = 0; z < n; ++z) measure_layer(surface, block, z, nearest, values);
   std::vector<signed char> sign(static_cast<std::size_t>(block.size()), 0);
   for (int c = 0; c < 8; ++c)
@@ -123,7 +124,7 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
   field.refine = grid.refine;
   for (int i = 0; i < 3; ++i) field.nodes[i] = static_cast<int>(std::ceil(size[i] / field.cell_m - 1e-9)) + 1;
 
-  const Surface surface(mesh);
+  const SurfaceDistance surface(mesh);
   const Lattice coarse{field.origin, field.cell_m, field.nodes};
   measure_coarse(surface, coarse, field.coarse);
 

@@ -38,7 +38,8 @@ struct MeshReport {
   int inconsistent_edges = 0;  ///< edges that both triangles run through in the same direction
   int degenerate_triangles = 0, isolated_vertices = 0, non_finite_vertices = 0, invalid_indices = 0;
   int first_bad_vertex = 0, first_bad_triangle = 0;  ///< valid only where the counts above are not zero
-  double area_m2 = 0, volume_m3 = 0;                 ///< volume is signed, positive when outward
+  std::vector<int> offenders;         ///< up to eight triangles with the flaw that `flaw` tells
+  double area_m2 = 0, volume_m3 = 0;  ///< volume is signed, positive when outward
   double mean_edge_m = 0, edge_cv = 0, min_angle_rad = 0;
   Vec3 box_min = Vec3::Zero(), box_max = Vec3::Zero();
 

@@ -2,74 +2,219 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include <embree3/rtcore.h>
 
 namespace geocage::geometry {
 
 namespace {
 
-struct Sums {
-  double area = 0, first = 0, second = 0, most = 0;
-  std::size_t samples = 0;
-};
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
-void measure_triangle(const Vec3& a, const Vec3& ab, const Vec3& ac, const Surface& to, double spacing_m,
-                      unsigned& nearest, Sums& sums) {
-  const double longest = std::sqrt(std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}));
-  const int k = std::max(1, static_cast<int>(std::ceil(longest / spacing_m)));
-  const double part = ab.cross(ac).norm() / 2 / k / k;
-  const auto measure = [&](double at_b, double at_c) {
-    const double d = to.distance_m(a + at_b / k * ab + at_c / k * ac, nearest);
-    sums.area += part;
-    sums.first += part * d;
-    sums.second += part * d * d;
-    sums.most = std::max(sums.most, d);
-    ++sums.samples;
-  };
-  for (int i = 0; i < k; ++i)
-    for (int j = 0; i + j < k; ++j) {
-      measure(i + 1.0 / 3, j + 1.0 / 3);
-      if (i + j + 1 < k) measure(i + 2.0 / 3, j + 2.0 / 3);
-    }
+/// Nearest point to r of the segment between 0 and `along`.
+Vec3 segment_point(const Vec3& r, const Vec3& along) {
+  const double length2 = along.squaredNorm();
+  return (length2 > 0 ? std::clamp(r.dot(along) / length2, 0.0, 1.0) : 0) * along;
+}
+double segment_distance2(const Vec3& r, const Vec3& along) {
+  return (r - segment_point(r, along)).squaredNorm();
 }
 
 }  // namespace
 
-OneSidedDistance distance_from_to(const TriangleMesh& from, const Surface& to, double spacing_m) {
-  constexpr std::size_t chunk = 256;
-  const std::size_t triangles = from.triangles.size(), vertices = from.vertices.size();
-  const std::size_t triangle_chunks = (triangles + chunk - 1) / chunk;
-  std::vector<Sums> parts(triangle_chunks + (vertices + chunk - 1) / chunk);
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t c = 0; c < parts.size(); ++c) {
-    unsigned nearest = 0;
-    if (c < triangle_chunks) {
-      for (std::size_t f = c * chunk; f < std::min(triangles, (c + 1) * chunk); ++f) {
-        const auto& t = from.triangles[f];
-        const Vec3& a = from.vertices[t[0]];
-        measure_triangle(a, from.vertices[t[1]] - a, from.vertices[t[2]] - a, to, spacing_m, nearest,
-                         parts[c]);
-      }
-    } else {
-      for (std::size_t v = (c - triangle_chunks) * chunk;
-           v < std::min(vertices, (c - triangle_chunks + 1) * chunk); ++v) {
-        parts[c].most = std::max(parts[c].most, to.distance_m(from.vertices[v], nearest));
-        ++parts[c].samples;
-      }
-    }
-  }
-  Sums all;
-  for (const Sums& part : parts) {
-    all.area += part.area;
-    all.first += part.first;
-    all.second += part.second;
-    all.most = std::max(all.most, part.most);
-    all.samples += part.samples;
-  }
-  return {all.first / all.area, std::sqrt(all.second / all.area), all.most, all.samples};
+Facet::Facet(const Vec3& corner_a, const Vec3& b, const Vec3& c) : a(corner_a), ab(b - a), ac(c - a) {
+  const Vec3 n = ab.cross(ac);
+  normal = n / n.norm();
+  to_b = ac.cross(n) / n.squaredNorm();
+  to_c = n.cross(ab) / n.squaredNorm();
 }
 
-SurfaceDistance surface_distance(const TriangleMesh& a, const TriangleMesh& b, double spacing_m) {
-  return {distance_from_to(a, Surface(b), spacing_m), distance_from_to(b, Surface(a), spacing_m)};
+double Facet::distance2(const Vec3& p, double limit2) const {
+  const Vec3 ap = p - a;
+  const double height = normal.dot(ap);
+  if (height * height >= limit2) return limit2;
+  // Barycentric coordinates of the foot of p. Outside, the nearest point lies on a side that the foot is
+  // beyond.
+  const double at_b = to_b.dot(ap), at_c = to_c.dot(ap), at_a = 1 - at_b - at_c;
+  if (at_a >= 0 && at_b >= 0 && at_c >= 0) return height * height;
+  double least = limit2;
+  if (!(at_c >= 0)) least = std::min(least, segment_distance2(ap, ab));
+  if (!(at_b >= 0)) least = std::min(least, segment_distance2(ap, ac));
+  if (!(at_a >= 0)) least = std::min(least, segment_distance2(ap - ab, ac - ab));
+  return least;
+}
+
+Vec3 Facet::nearest_point(const Vec3& p) const {
+  const Vec3 ap = p - a;
+  const double at_b = to_b.dot(ap), at_c = to_c.dot(ap), at_a = 1 - at_b - at_c;
+  if (at_a >= 0 && at_b >= 0 && at_c >= 0) return p - normal.dot(ap) * normal;
+  const std::array<Vec3, 3> sides = {segment_point(ap, ab), segment_point(ap, ac),
+                                     ab + segment_point(ap - ab, ac - ab)};
+  return a + *std::min_element(sides.begin(), sides.end(), [&](const Vec3& x, const Vec3& y) {
+           return (ap - x).squaredNorm() < (ap - y).squaredNorm();
+         });
+}
+
+struct SurfaceDistance::Query {
+  const SurfaceDistance* surface;
+  Vec3 p;
+  double best2;
+  int nearest;
+  const Vec3* facing = nullptr;  ///< only triangles that face this way count
+  double least_cos = 0;
+};
+
+SurfaceDistance::Box SurfaceDistance::box_of(const TriangleMesh& mesh) {
+  Vec3 low = Vec3::Constant(infinity), high = -low;
+  for (const auto& t : mesh.triangles)
+    for (int v : t) {
+      low = low.cwiseMin(mesh.vertices[v]);
+      high = high.cwiseMax(mesh.vertices[v]);
+    }
+  return {(low + high) / 2, (high - low).norm()};
+}
+
+SurfaceDistance::SurfaceDistance(const TriangleMesh& mesh) : SurfaceDistance(mesh, box_of(mesh)) {}
+
+SurfaceDistance::SurfaceDistance(const TriangleMesh& mesh, const Box& box)
+    : center_(box.center), slack_m_(1e-6 * box.diagonal_m), scene_(mesh, box.center) {
+  facets_.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles)
+    facets_.emplace_back(mesh.vertices[t[0]] - center_, mesh.vertices[t[1]] - center_,
+                         mesh.vertices[t[2]] - center_);
+}
+
+double SurfaceDistance::distance_m(const Vec3& p_O, int& nearest) const {
+  const Vec3 p = p_O - center_;
+  Query query{this, p, facets_[nearest].distance2(p, infinity), nearest};
+  search(query);
+  nearest = query.nearest;
+  return std::sqrt(query.best2);
+}
+
+SurfaceDistance::Foot SurfaceDistance::foot(const Vec3& p_O, int& nearest) const {
+  const double distance = distance_m(p_O, nearest);
+  return {facets_[nearest].nearest_point(p_O - center_) + center_, distance};
+}
+
+std::optional<SurfaceDistance::Foot> SurfaceDistance::foot_facing(const Vec3& p_O, const Vec3& normal_O,
+                                                                  double least_cos, double within_m,
+                                                                  int& nearest) const {
+  const Vec3 p = p_O - center_;
+  const double limit2 = within_m * within_m;
+  const bool faces = facets_[nearest].normal.dot(normal_O) > least_cos;
+  Query query{this, p, faces ? facets_[nearest].distance2(p, limit2) : limit2, nearest, &normal_O, least_cos};
+  search(query);
+  if (query.best2 >= limit2) return {};
+  nearest = query.nearest;
+  return Foot{facets_[nearest].nearest_point(p) + center_, std::sqrt(query.best2)};
+}
+
+void SurfaceDistance::search(Query& query) const {
+  RTCPointQuery ball{};
+  ball.x = static_cast<float>(query.p.x());
+  ball.y = static_cast<float>(query.p.y());
+  ball.z = static_cast<float>(query.p.z());
+  ball.radius = search_radius(query.best2);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(scene_.handle(), &ball, &context, &visit_triangle, &query);
+}
+
+Vec3 SurfaceDistance::barycentric(const Vec3& p_O, int triangle) const {
+  const Facet& facet = facets_[triangle];
+  const Vec3 ap = p_O - center_ - facet.a;
+  const double at_b = facet.to_b.dot(ap), at_c = facet.to_c.dot(ap);
+  return {1 - at_b - at_c, at_b, at_c};
+}
+
+bool SurfaceDistance::inside(const Vec3& p_O) const {
+  static const Vec3 directions[5] = {{0.577, 0.601, 0.553},
+                                     {-0.613, 0.251, 0.749},
+                                     {0.137, -0.911, 0.389},
+                                     {-0.407, -0.331, -0.851},
+                                     {0.883, 0.173, -0.437}};
+  int votes = 0;
+  for (const Vec3& along : directions)
+    if (const auto hit = scene_.first_hit(p_O, along)) votes += hit->from_behind;
+  return votes >= 3;
+}
+
+/// A little more than the best distance, by what single precision may lose.
+float SurfaceDistance::search_radius(double best2) const {
+  return static_cast<float>(std::sqrt(best2) * (1 + 1e-5) + slack_m_);
+}
+
+bool SurfaceDistance::visit_triangle(RTCPointQueryFunctionArguments* arguments) {
+  auto& query = *static_cast<Query*>(arguments->userPtr);
+  const Facet& facet = query.surface->facets_[arguments->primID];
+  if (query.facing && !(facet.normal.dot(*query.facing) > query.least_cos)) return false;
+  const double d2 = facet.distance2(query.p, query.best2);
+  if (d2 >= query.best2) return false;
+  query.best2 = d2;
+  query.nearest = static_cast<int>(arguments->primID);
+  arguments->query->radius = query.surface->search_radius(d2);
+  return true;
+}
+
+namespace {
+
+/// Farthest sample and area integrals of the distance and its square, of some triangles.
+struct Tally {
+  double max_m = 0, integral = 0, squares = 0, area = 0;
+  int farthest = 0;
+
+  void add_sample(double distance, int triangle) {
+    if (distance <= max_m) return;
+    max_m = distance;
+    farthest = triangle;
+  }
+};
+
+/// Cuts the triangle into n x n alike ones, whose centres are at most 2/3 of their longest side away from any
+/// of their points (a median is no longer than the longest side, and the centre is at two thirds of it).
+void add_triangle(const TriangleMesh& mesh, int triangle, const SurfaceDistance& to, double spacing_m,
+                  int& nearest, Tally& tally) {
+  const auto& t = mesh.triangles[triangle];
+  const Vec3 &a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a, ac = mesh.vertices[t[2]] - a;
+  const double longest = std::sqrt(std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}));
+  const int n = std::max(1, static_cast<int>(std::ceil(2 * longest / (3 * spacing_m))));
+  const double part = ab.cross(ac).norm() / 2 / n / n;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; i + j < n; ++j)
+      for (int upper = 0; upper < (i + j + 1 < n ? 2 : 1); ++upper) {
+        const double shift = upper ? 2.0 / 3 : 1.0 / 3;
+        const double d = to.distance_m(a + (i + shift) / n * ab + (j + shift) / n * ac, nearest);
+        tally.integral += d * part;
+        tally.squares += d * d * part;
+        tally.area += part;
+        tally.add_sample(d, triangle);
+      }
+  for (int v : t) tally.add_sample(to.distance_m(mesh.vertices[v], nearest), triangle);
+}
+
+}  // namespace
+
+Deviation deviation(const TriangleMesh& from, const SurfaceDistance& to, double spacing_m) {
+  constexpr int chunk = 256;  // fixed, so that sums do not depend on threads
+  const int count = static_cast<int>(from.triangles.size()), chunks = (count + chunk - 1) / chunk;
+  std::vector<Tally> tallies(static_cast<std::size_t>(chunks));
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int c = 0; c < chunks; ++c) {
+    int nearest = 0;
+    for (int f = c * chunk; f < std::min(count, (c + 1) * chunk); ++f)
+      add_triangle(from, f, to, spacing_m, nearest, tallies[c]);
+  }
+  Tally all;
+  for (const Tally& tally : tallies) {
+    all.add_sample(tally.max_m, tally.farthest);
+    all.integral += tally.integral;
+    all.squares += tally.squares;
+    all.area += tally.area;
+  }
+  if (!(all.area > 0)) return {all.max_m, 0, 0, spacing_m, all.farthest};
+  return {all.max_m, all.integral / all.area, std::sqrt(all.squares / all.area), spacing_m, all.farthest};
 }
 
 }  // namespace geocage::geometry

@@ -1,30 +1,83 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
+#include <optional>
+#include <vector>
 
-#include "geometry/surface.h"
+#include "geometry/mesh.h"
+#include "geometry/ray_scene.h"
+
+struct RTCPointQueryFunctionArguments;
 
 namespace geocage::geometry {
 
-/// Distances of the points of one surface to another one.
-struct OneSidedDistance {
-  double mean_m = 0, rms_m = 0;  ///< over the area, by the midpoint rule
-  double max_m = 0;              ///< over the samples; the true maximum is at most 2/3 of the spacing more
-  std::size_t samples = 0;
+/// A triangle made ready for many distances; coordinates relative to a centre.
+struct Facet {
+  Vec3 a, ab, ac;
+  Vec3 normal, to_b, to_c;  ///< NaN for a triangle without area, which then counts as its sides
+
+  Facet(const Vec3& corner_a, const Vec3& b, const Vec3& c);
+  /// Squared distance of p where it is less than `limit2`, else `limit2`.
+  double distance2(const Vec3& p, double limit2) const;
+  Vec3 nearest_point(const Vec3& p) const;
 };
 
-/// Each triangle of `from` is cut into k^2 alike ones whose longest side is at most `spacing_m`; their
-/// centroids and the vertices are the samples. Precondition: triangles on both sides. O(samples log F), on
-/// all threads, the same bytes for any number of them.
-OneSidedDistance distance_from_to(const TriangleMesh& from, const Surface& to, double spacing_m);
+/// Distances to the triangles of a mesh, in double: Embree's boxes, which are in single precision, only say
+/// which triangles to measure. Precondition: at least one triangle, valid indices, finite vertices. Queries
+/// may run in several threads; O(log F) each.
+class SurfaceDistance {
+ public:
+  explicit SurfaceDistance(const TriangleMesh& mesh);
 
-struct SurfaceDistance {
-  OneSidedDistance there, back;  ///< from a to b, from b to a
-  double hausdorff_m() const { return std::max(there.max_m, back.max_m); }
-  double mean_m() const { return (there.mean_m + back.mean_m) / 2; }
-  double rms_m() const { return std::sqrt((there.rms_m * there.rms_m + back.rms_m * back.rms_m) / 2); }
+  /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest.
+  double distance_m(const Vec3& p_O, int& nearest) const;
+
+  struct Foot {
+    Vec3 point_O;
+    double distance_m;
+  };
+  /// The nearest point of the surface; `nearest` as above.
+  Foot foot(const Vec3& p_O, int& nearest) const;
+  /// The nearest point on triangles whose normal n has n . normal_O > least_cos, no farther than `within_m`:
+  /// the same side of a thin wall. Nothing when there is none. `normal_O` is a unit vector.
+  std::optional<Foot> foot_facing(const Vec3& p_O, const Vec3& normal_O, double least_cos, double within_m,
+                                  int& nearest) const;
+
+  const Vec3& normal(int triangle) const { return facets_[triangle].normal; }  ///< NaN where it has no area
+  /// Weights of a triangle's corners at the foot of p on its plane; precondition: it has an area.
+  Vec3 barycentric(const Vec3& p_O, int triangle) const;
+
+  /// True when p is inside the closed mesh: a majority of fixed rays meets its first triangle from behind.
+  bool inside(const Vec3& p_O) const;
+
+ private:
+  struct Query;
+  struct Box {
+    Vec3 center;
+    double diagonal_m;
+  };
+  SurfaceDistance(const TriangleMesh& mesh, const Box& box);
+  static Box box_of(const TriangleMesh& mesh);
+  void search(Query& query) const;
+  float search_radius(double best2) const;
+  static bool visit_triangle(RTCPointQueryFunctionArguments* arguments);
+
+  Vec3 center_;
+  double slack_m_;
+  std::vector<Facet> facets_;
+  RayScene scene_;
 };
-/// Both ways (Cignoni, Rocchini and Scopigno 1998, Metro: measuring error on simplified surfaces).
-SurfaceDistance surface_distance(const TriangleMesh& a, const TriangleMesh& b, double spacing_m);
+
+/// How far a surface lies from another one.
+struct Deviation {
+  double max_m = 0;      ///< of the samples; no point of the surface is farther than max_m + spacing_m
+  double mean_m = 0;     ///< over the area
+  double rms_m = 0;      ///< over the area
+  double spacing_m = 0;  ///< every point of the surface is at most this far from a sample
+  int farthest = 0;      ///< triangle of `from` that holds the farthest sample
+};
+
+/// Distances from samples of `from` (all corners, and centres of parts of triangles, so that none is farther
+/// than `spacing_m` from the next) to `to`. One-sided: the Hausdorff distance is the larger of both ways.
+/// Preconditions as SurfaceDistance. Same bytes for any number of threads. O(samples log F).
+Deviation deviation(const TriangleMesh& from, const SurfaceDistance& to, double spacing_m);
 
 }  // namespace geocage::geometry

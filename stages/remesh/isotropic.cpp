@@ -4,12 +4,12 @@
 #include <cmath>
 #include <numeric>
 
-#include "geometry/surface.h"
+#include "geometry/surface_distance.h"
 #include "stages/remesh/halfedges.h"
 
 namespace geocage::stages {
 
-using geometry::Surface;
+using geometry::SurfaceDistance;
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
@@ -26,7 +26,7 @@ class Remesher {
     const auto report = check_mesh(input);
     edge_m_ = std::sqrt(report.area_m2 / vertices / (std::sqrt(3.0) / 2));
     near_.assign(mesh_.slots(), 0);
-    for (int h = 0; h < mesh_.halfedges(); ++h) near_[mesh_.from(h)] = static_cast<unsigned>(h / 3);
+    for (int h = 0; h < mesh_.halfedges(); ++h) near_[mesh_.from(h)] = h / 3;
   }
 
   TriangleMesh run(int sweeps) {
@@ -68,7 +68,7 @@ class Remesher {
   }
 
   void split_edge(int h) {
-    const unsigned near = near_[mesh_.from(h)];
+    const int near = near_[mesh_.from(h)];
     const Vec3 middle = (mesh_.position[mesh_.from(h)] + mesh_.position[mesh_.to(h)]) / 2;
     mesh_.split(h, middle);
     near_.push_back(near);
@@ -312,9 +312,9 @@ class Remesher {
     }
   }
 
-  const Surface source_;
+  const SurfaceDistance source_;
   Halfedges mesh_;
-  std::vector<unsigned> near_;
+  std::vector<int> near_;
   const int wanted_;
   double edge_m_;
   long queries_ = 0;

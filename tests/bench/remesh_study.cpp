@@ -52,13 +52,16 @@ void row(const std::string& name, const char* tool, const geometry::TriangleMesh
   const auto mesh = work();
   const double seconds = cpu_s() - start;
   const auto before = check_mesh(input), after = check_mesh(mesh);
-  const auto d = surface_distance(input, mesh, before.diagonal_m() / 400);
+  const double spacing = before.diagonal_m() / 600;
+  const auto lost = deviation(input, geometry::SurfaceDistance(mesh), spacing),
+             added = deviation(mesh, geometry::SurfaceDistance(input), spacing);
   fmt::print(
       "| {} | {} | {} | {} | {:+.1f} % | {:.3f} | {:.1f} | {:.1f} | {:.0f} % | {:.1e} | {:.1e} | {}{}{} | "
       "{:.2f} |\n",
       name, wanted, tool, after.vertices, 100.0 * (after.vertices - wanted) / wanted, after.edge_cv,
       after.min_angle_rad * 180 / M_PI, one_percent_angle_deg(mesh), 100 * regular_share(mesh),
-      d.rms_m() / before.diagonal_m(), d.hausdorff_m() / before.diagonal_m(), self_intersections(mesh),
+      std::hypot(lost.rms_m, added.rms_m) / std::sqrt(2.0) / before.diagonal_m(),
+      std::max(lost.max_m, added.max_m) / before.diagonal_m(), self_intersections(mesh),
       after.euler == before.euler ? "" : ", genus!", after.closed_manifold() ? "" : ", open!", seconds);
   std::fflush(stdout);
 }
