@@ -54,7 +54,7 @@ TriangleMesh canonical(const TriangleMesh& mesh, const Vec3& low, double size) {
 TriangleMesh isotropic(const TriangleMesh& mesh, int vertices, int sweeps,
                        const std::function<void(std::size_t, std::size_t)>& progress) {
   constexpr int finishing = 4, lifts = 5;
-  constexpr double lifted_rad = 33 * M_PI / 180;
+  constexpr double lifted_rad = 33 * M_PI / 180, slim_rad = 28 * M_PI / 180;
   const auto report = check_mesh(mesh);
   const double edge_m = std::sqrt(report.area_m2 / vertices / (std::sqrt(3.0) / 2));
   Remesher work(canonical(mesh, report.box_min, report.diagonal_m()), edge_m);
@@ -85,6 +85,7 @@ TriangleMesh isotropic(const TriangleMesh& mesh, int vertices, int sweeps,
   for (int s = 0; s < lifts; ++s) {
     work.flip_for_angle();
     work.lift_angles(lifted_rad);
+    if (s + 1 < lifts) work.remove_slim(slim_rad);
     tell();
   }
   work.part_cuts(20);

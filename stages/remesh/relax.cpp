@@ -99,18 +99,36 @@ Vec3 Remesher::wish(int v) const {
   return move - normal.dot(move) * normal;
 }
 
+void Remesher::relax_vertex(int v) {
+  const Vec3 p = mesh_.position[v], move = wish(v), normal = ring_normal(v);
+  for (double step : {1.0, 0.5}) {
+    const Vec3 q = projected(p + step * move, normal, v);
+    if (!keeps_faces(v, q)) continue;
+    mesh_.position[v] = q;
+    return;
+  }
+}
+
 void Remesher::relax(int rounds) {
   for (int round = 0; round < rounds; ++round)
-    for (int v = 0; v < mesh_.slots(); ++v) {
-      if (!mesh_.vertex_alive(v)) continue;
-      const Vec3 p = mesh_.position[v], move = wish(v), normal = ring_normal(v);
-      for (double step : {1.0, 0.5}) {
-        const Vec3 q = projected(p + step * move, normal, v);
-        if (!keeps_faces(v, q)) continue;
-        mesh_.position[v] = q;
-        break;
-      }
-    }
+    for (int v = 0; v < mesh_.slots(); ++v)
+      if (mesh_.vertex_alive(v)) relax_vertex(v);
+}
+
+void Remesher::remove_slim(double low_rad) {
+  for (int h = 0; h < mesh_.halfedges(); h += 3) {
+    if (!mesh_.alive(h) || least_angle(h) >= low_rad) continue;
+    int shortest = h;
+    for (int side : {h + 1, h + 2})
+      if (mesh_.length2(side) < mesh_.length2(shortest)) shortest = side;
+    const std::array<int, 2> ends = {mesh_.from(shortest), mesh_.to(shortest)};
+    if (!collapse_either(shortest, 2 * edge_m_)) continue;
+    const int kept = mesh_.vertex_alive(ends[0]) ? ends[0] : ends[1];
+    std::vector<int> near = {kept};
+    mesh_.around(kept, [&](int x) { near.push_back(mesh_.to(x)); });
+    for (int round = 0; round < 4; ++round)
+      for (int v : near) relax_vertex(v);
+  }
 }
 
 double Remesher::least_angle(int h) const {

@@ -30,6 +30,8 @@ class Remesher {
   void relax(int rounds);
   /// Moves corners of triangles with an angle below `low_rad` to where the smallest angle around is larger.
   void lift_angles(double low_rad);
+  /// Collapses the shortest edge of triangles with an angle below `low_rad` and relaxes the neighbourhood.
+  void remove_slim(double low_rad);
   /// Moves the corners of triangles that cut each other apart, off the source if need be.
   void part_cuts(int rounds);
 
@@ -50,6 +52,7 @@ class Remesher {
 
   geometry::Vec3 ring_normal(int v) const;
   geometry::Vec3 wish(int v) const;
+  void relax_vertex(int v);
   bool keeps_faces(int v, const geometry::Vec3& p) const;
   geometry::Vec3 projected(const geometry::Vec3& p, const geometry::Vec3& normal, int v);
   double least_angle_around(int v, const geometry::Vec3& p) const;
