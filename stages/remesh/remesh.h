@@ -8,7 +8,7 @@ struct RemeshParams {
   std::string size_by = "edge_length";
   double edge_length_m = 0.004;
   int vertices = 5000;
-  int sweeps = 8;
+  int sweeps = 5;
   void visit(pipeline::Fields& f);
 };
 

@@ -1,5 +1,5 @@
 // Own remesher against CGAL's isotropic_remeshing on the same input and target, in the same run:
-//   geocage_remesh_study [-n VERTICES]... MESH...
+//   geocage_remesh_study [-n VERTICES]... [-s SWEEPS] MESH...
 // prints a row of a Markdown table for each mesh, target and remesher.
 #include <algorithm>
 #include <cmath>
@@ -12,6 +12,7 @@
 #include "geometry/surface_distance.h"
 #include "stages/remesh/halfedges.h"
 #include "stages/remesh/isotropic.h"
+#include "stages/remesh/remesh.h"
 #include "tests/bench/remesh_peer.h"
 
 namespace geocage {
@@ -46,6 +47,8 @@ double regular_share(const geometry::TriangleMesh& mesh) {
   return regular / static_cast<double>(mesh.vertices.size());
 }
 
+constexpr int cgal_sweeps = 10;
+
 void row(const std::string& name, const char* tool, const geometry::TriangleMesh& input, int wanted,
          const std::function<geometry::TriangleMesh()>& work) {
   const double start = cpu_s();
@@ -66,7 +69,7 @@ void row(const std::string& name, const char* tool, const geometry::TriangleMesh
   std::fflush(stdout);
 }
 
-void study(const std::string& file, const std::vector<int>& targets) {
+void study(const std::string& file, const std::vector<int>& targets, int sweeps) {
   auto raw = geometry::read_mesh(file);
   orient_outward(raw);
   const auto input = stages::Halfedges(raw).mesh();  // pinched vertices parted, for both
@@ -74,9 +77,9 @@ void study(const std::string& file, const std::vector<int>& targets) {
   std::string name = file.substr(file.rfind('/') + 1);
   name = name.substr(0, name.rfind('.'));
   for (int n : targets) {
-    row(name, "own", input, n, [&] { return stages::isotropic(input, n, 10); });
+    row(name, "own", input, n, [&] { return stages::isotropic(input, n, sweeps); });
     const double h = std::sqrt(area / n / (std::sqrt(3.0) / 2));
-    if (!std::getenv("OWN_ONLY")) row(name, "CGAL", input, n, [&] { return cgal_remesh(input, h, 10); });
+    row(name, "CGAL", input, n, [&] { return cgal_remesh(input, h, cgal_sweeps); });
   }
 }
 
@@ -86,14 +89,17 @@ void study(const std::string& file, const std::vector<int>& targets) {
 int main(int count, char** arguments) {
   std::vector<int> targets;
   std::vector<std::string> files;
+  int sweeps = geocage::stages::RemeshParams().sweeps;
   for (int i = 1; i < count; ++i)
     if (std::string(arguments[i]) == "-n" && i + 1 < count)
       targets.push_back(std::stoi(arguments[++i]));
+    else if (std::string(arguments[i]) == "-s" && i + 1 < count)
+      sweeps = std::stoi(arguments[++i]);
     else
       files.emplace_back(arguments[i]);
   if (targets.empty()) targets = {5000, 20000};
   fmt::print(
       "| mesh | asked | by | V | V error | CV | min angle | 1 % angle | valence 6 | rms / diagonal | "
       "max / diagonal | cuts | CPU s |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const auto& file : files) geocage::study(file, targets);
+  for (const auto& file : files) geocage::study(file, targets, sweeps);
 }
