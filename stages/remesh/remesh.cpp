@@ -80,7 +80,8 @@ std::vector<double> carried_over(const TriangleMesh& from, const SurfaceDistance
   if (from.observed.empty()) return values;
   int nearest = 0;
   for (const auto& p : to.vertices) {
-    const auto weights = surface.barycentric(surface.foot(p, nearest).point_O, nearest);
+    const auto foot = surface.foot(p, nearest);  // sets `nearest`
+    const auto weights = surface.barycentric(foot.point_O, nearest);
     double value = 0;
     for (int i = 0; i < 3; ++i) value += weights[i] * from.observed[from.triangles[nearest][i]];
     values.push_back(std::clamp(value, 0.0, 1.0));

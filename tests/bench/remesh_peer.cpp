@@ -1,7 +1,6 @@
 #include "tests/bench/remesh_peer.h"
 
 #include <CGAL/Polygon_mesh_processing/remesh.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 
 #include "geometry/cgal_mesh.h"
 
@@ -15,13 +14,6 @@ geometry::TriangleMesh cgal_remesh(const geometry::TriangleMesh& mesh, double ed
                            pmp::parameters::number_of_iterations(static_cast<unsigned>(sweeps)));
   work.collect_garbage();
   return geometry::from_cgal(work);
-}
-
-std::size_t self_intersections(const geometry::TriangleMesh& mesh) {
-  const auto work = geometry::to_cgal(mesh);
-  std::vector<std::pair<geometry::CgalMesh::Face_index, geometry::CgalMesh::Face_index>> pairs;
-  pmp::self_intersections(work, std::back_inserter(pairs));
-  return pairs.size();
 }
 
 }  // namespace geocage

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/crossings.h"
 #include "geometry/mesh_files.h"
 #include "geometry/surface_distance.h"
 #include "stages/remesh/halfedges.h"
@@ -64,7 +65,7 @@ void row(const std::string& name, const char* tool, const geometry::TriangleMesh
       name, wanted, tool, after.vertices, 100.0 * (after.vertices - wanted) / wanted, after.edge_cv,
       after.min_angle_rad * 180 / M_PI, one_percent_angle_deg(mesh), 100 * regular_share(mesh),
       std::hypot(lost.rms_m, added.rms_m) / std::sqrt(2.0) / before.diagonal_m(),
-      std::max(lost.max_m, added.max_m) / before.diagonal_m(), self_intersections(mesh),
+      std::max(lost.max_m, added.max_m) / before.diagonal_m(), geometry::crossing_triangles(mesh).size(),
       after.euler == before.euler ? "" : ", genus!", after.closed_manifold() ? "" : ", open!", seconds);
   std::fflush(stdout);
 }

@@ -46,13 +46,24 @@ TEST(Remesh, SmoothShapes) {
     for (int wanted : {500, 3000}) expect_promises(shape, remeshed(shape, wanted), wanted, 30, 0.13);
 }
 
-// Sharp edges, long thin triangles (a box of 12, caps of fans) and a wall of 2 mm at edges of 4 mm.
+int vertices_of_4_mm(const TriangleMesh& shape) {
+  return static_cast<int>(check_mesh(shape).area_m2 / (0.004 * 0.004 * std::sqrt(3.0) / 2));
+}
+
+// Sharp edges and long thin triangles: a box of 12, caps of fans.
 TEST(Remesh, ShapesWithEdges) {
-  for (const auto& shape : {datasets::box({0.1, 0.06, 0.03}), datasets::capped_cylinder(0.03, 0.1, 40),
-                            datasets::cup(0.04, 0.1, 0.002, 80)}) {
-    const int wanted = static_cast<int>(check_mesh(shape).area_m2 / (0.004 * 0.004 * std::sqrt(3.0) / 2));
-    expect_promises(shape, remeshed(shape, wanted), wanted, 25, 0.14);
+  for (const auto& shape : {datasets::box({0.1, 0.06, 0.03}), datasets::capped_cylinder(0.03, 0.1, 40)}) {
+    const int wanted = vertices_of_4_mm(shape);
+    expect_promises(shape, remeshed(shape, wanted), wanted, 25, 0.13);
   }
+}
+
+// A wall half as thick as edges are long: a rim of 2 mm wants edges of 2 mm across, among 4 mm elsewhere. The
+// rim's share of edges, 2 * 2 pi 40 / 4 of 9000, spreads the lengths beyond the goal of thicker shapes.
+TEST(Remesh, ThinWalls) {
+  const auto shape = datasets::cup(0.04, 0.1, 0.002, 80);
+  const int wanted = vertices_of_4_mm(shape);
+  expect_promises(shape, remeshed(shape, wanted), wanted, 25, 0.17);
 }
 
 TEST(Remesh, EdgeLengthIsTheOneAskedFor) {
@@ -162,7 +173,7 @@ TEST(Remesh, OddWishesAndOpenMeshesAreRefused) {
   pipeline::Run run;
   EXPECT_THROW(remesh({.edge_length_m = 0.05}, run, datasets::icosphere(0.05, 3)), pipeline::UserError);
   EXPECT_THROW(remesh({.edge_length_m = 0.0002}, run, datasets::icosphere(1.0, 3)), pipeline::UserError);
-  EXPECT_THROW(remesh({.size_by = "vertices", .vertices = 20}, run, datasets::icosphere(0.05, 3)),
+  EXPECT_THROW(remesh({.size_by = "vertices", .vertices = 12}, run, datasets::icosphere(0.05, 3)),
                pipeline::UserError);
   EXPECT_THROW(remesh({}, run, datasets::flat_grid(0.1, 10)), pipeline::UserError);
 }
@@ -179,7 +190,9 @@ TEST(Halfedges, RandomMovesKeepAClosedManifold) {
       mesh.flip(h);
       ++flips;
     } else if (i % 3 == 1) {
-      mesh.split(h, mesh.position[mesh.from(h)] * 0.6 + mesh.position[mesh.to(h)] * 0.4);
+      // A little off the edge: check_mesh leaves triangles without area out of its counts.
+      const Vec3 off(random() % 997, random() % 991, random() % 983);
+      mesh.split(h, mesh.position[mesh.from(h)] * 0.6 + mesh.position[mesh.to(h)] * 0.4 + 1e-6 * off);
       ++splits;
     } else if (mesh.can_collapse(h)) {
       mesh.collapse(h);
