@@ -24,6 +24,7 @@ namespace {
 geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit) {
   stages::ImportParams params;
   params.unit = unit;
+  params.repair = "none";
   pipeline::Run run;
   auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
   const auto report = geometry::check_mesh(mesh);
