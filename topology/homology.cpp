@@ -114,15 +114,15 @@ EdgeClasses edge_classes(const TriangleMesh& mesh, const NumberedEdges& edges) {
   }
   EdgeClasses classes;
   classes.bits = static_cast<int>(best.size());
-  classes.of.resize(edges.count);
-  const std::size_t words = (best.size() + 63) / 64;
+  classes.words = (best.size() + 63) / 64;
+  classes.of.assign(classes.words * static_cast<std::size_t>(edges.count), 0);
   for (std::size_t k = 0; k < best.size(); ++k)
     for (int e : best[k]) {
-      classes.of[e].resize(words);
-      classes.of[e][k / 64] |= std::uint64_t{1} << (k % 64);
+      classes.of[static_cast<std::size_t>(e) * classes.words + k / 64] |= std::uint64_t{1} << (k % 64);
+      classes.crossed.push_back(e);
     }
-  for (int e = 0; e < edges.count; ++e)
-    if (!classes.of[e].empty()) classes.crossed.push_back(e);
+  std::sort(classes.crossed.begin(), classes.crossed.end());
+  classes.crossed.erase(std::unique(classes.crossed.begin(), classes.crossed.end()), classes.crossed.end());
   return classes;
 }
 

@@ -13,8 +13,12 @@ using HomologyClass = std::vector<std::uint64_t>;
 /// Bits on edges whose sum over the edges of a closed walk is the walk's class: 0 for one that bounds.
 struct EdgeClasses {
   int bits = 0;                   ///< 2 x genus
-  std::vector<HomologyClass> of;  ///< by edge; empty vectors where all bits are 0
+  std::size_t words = 0;          ///< that hold them
+  std::vector<std::uint64_t> of;  ///< by edge, `words` each
   std::vector<int> crossed;       ///< edges with a bit, ascending: every loop that doesn't bound uses one
+
+  const std::uint64_t* row(int edge) const { return of.data() + static_cast<std::size_t>(edge) * words; }
+  HomologyClass of_edge(int edge) const { return {row(edge), row(edge) + words}; }
 };
 
 /// By a tree of triangles and a tree of vertices that don't cross; each of the 2 x genus edges that are left

@@ -10,14 +10,6 @@ namespace {
 
 constexpr double unreached = std::numeric_limits<double>::infinity();
 
-void add(HomologyClass& to, const HomologyClass& other) {
-  if (to.empty()) to.resize(other.size());
-  for (std::size_t i = 0; i < other.size(); ++i) to[i] ^= other[i];
-}
-bool is_zero(const HomologyClass& c) {
-  return std::all_of(c.begin(), c.end(), [](std::uint64_t word) { return word == 0; });
-}
-
 }  // namespace
 
 LoopSearch::LoopSearch(const geometry::TriangleMesh& mesh, const NumberedEdges& edges,
@@ -37,7 +29,7 @@ LoopSearch::LoopSearch(const geometry::TriangleMesh& mesh, const NumberedEdges& 
     }
   distance_.assign(n, unreached);
   parent_.assign(n, -1);
-  class_.resize(n);
+  class_.assign(n * classes.words, 0);
 }
 
 void LoopSearch::dijkstra(int base, double most_m) {
@@ -46,7 +38,7 @@ void LoopSearch::dijkstra(int base, double most_m) {
   heap_.assign(1, {0, base});
   distance_[base] = 0;
   parent_[base] = -1;
-  class_[base].clear();
+  std::fill_n(row(base), classes_.words, 0);
   while (!heap_.empty()) {
     std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
     const auto [d, v] = heap_.back();
@@ -59,8 +51,7 @@ void LoopSearch::dijkstra(int base, double most_m) {
       if (there >= distance_[arc.to] || there > most_m) continue;
       distance_[arc.to] = there;
       parent_[arc.to] = v;
-      class_[arc.to] = class_[v];
-      if (!classes_.of[arc.edge].empty()) add(class_[arc.to], classes_.of[arc.edge]);
+      for (std::size_t k = 0; k < classes_.words; ++k) row(arc.to)[k] = row(v)[k] ^ classes_.row(arc.edge)[k];
       heap_.emplace_back(there, arc.to);
       std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
     }
@@ -69,19 +60,16 @@ void LoopSearch::dijkstra(int base, double most_m) {
 
 void LoopSearch::run(int base, double most_length_m, ShortestLoops& best) {
   dijkstra(base, most_length_m / 2);
-  HomologyClass sum;
+  HomologyClass sum(classes_.words);
   for (int v : settled_)
     for (int i = start_[v]; i < start_[v + 1]; ++i) {
       const Arc& arc = arcs_[i];
-      if (arc.to < v || distance_[arc.to] == unreached) continue;
-      if (class_[v].empty() && class_[arc.to].empty() && classes_.of[arc.edge].empty()) continue;
-      sum.clear();
-      for (const auto& part :
-           {std::cref(class_[v]), std::cref(class_[arc.to]), std::cref(classes_.of[arc.edge])})
-        if (!part.get().empty()) add(sum, part.get());
-      if (is_zero(sum)) continue;
       const EdgeLoop loop = {distance_[v] + arc.length_m + distance_[arc.to], base, v, arc.to};
-      if (loop.length_m > most_length_m) continue;
+      if (arc.to < v || loop.length_m > most_length_m) continue;  // also where it was not reached
+      std::uint64_t any = 0;
+      for (std::size_t k = 0; k < classes_.words; ++k)
+        any |= sum[k] = row(v)[k] ^ row(arc.to)[k] ^ classes_.row(arc.edge)[k];
+      if (any == 0 || distance_[arc.to] == unreached) continue;
       const auto [at, fresh] = best.try_emplace(sum, loop);
       if (!fresh && loop < at->second) at->second = loop;
     }

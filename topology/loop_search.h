@@ -37,13 +37,14 @@ class LoopSearch {
   };
   void dijkstra(int base, double most_m);
   std::vector<int> path_to(int v) const;
+  std::uint64_t* row(int v) { return class_.data() + static_cast<std::size_t>(v) * classes_.words; }
 
   const EdgeClasses& classes_;
   std::vector<int> start_;
   std::vector<Arc> arcs_;
   std::vector<double> distance_;
   std::vector<int> parent_, settled_;
-  std::vector<HomologyClass> class_;  ///< of the path from the base; empty for 0
+  std::vector<std::uint64_t> class_;  ///< of the path from the base, by vertex
   std::vector<std::pair<double, int>> heap_;
 };
 

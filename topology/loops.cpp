@@ -1,6 +1,7 @@
 #include "topology/loops.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include <omp.h>
@@ -18,33 +19,13 @@ namespace {
 /// How far a loop is lifted off the surface to see what it is linked with, in mean edges: far enough for the
 /// arctangents of nearly touching segments, near enough for any wall.
 constexpr double lift_edges = 1e-3;
-constexpr int first_bases = 8;
+constexpr int some_first_bases = 16;
 
 Polyline lifted(const TriangleMesh& mesh, const std::vector<Vec3>& normals, const std::vector<int>& walk,
                 double by_m) {
   Polyline line;
   for (int v : walk) line.push_back(mesh.vertices[v] + by_m * normals[v]);
   return line;
-}
-
-/// Vertices that every loop of a class other than 0 passes: an end of each edge that has a bit.
-std::vector<int> bases_of(const TriangleMesh& mesh, const NumberedEdges& edges, const EdgeClasses& classes) {
-  std::vector<std::array<int, 2>> ends(edges.count);
-  for (std::size_t f = 0; f < edges.of.size(); ++f)
-    for (int i = 0; i < 3; ++i) ends[edges.of[f][i]] = {mesh.triangles[f][i], mesh.triangles[f][(i + 1) % 3]};
-  std::vector<int> degree(mesh.vertices.size(), 0);
-  for (int e : classes.crossed)
-    for (int v : ends[e]) ++degree[v];
-  std::vector<char> taken(mesh.vertices.size(), 0);
-  std::vector<int> bases;
-  for (int e : classes.crossed) {
-    const auto [v, w] = ends[e];
-    if (taken[v] || taken[w]) continue;
-    const int base = degree[v] >= degree[w] ? v : w;
-    taken[base] = 1;
-    bases.push_back(base);
-  }
-  return bases;
 }
 
 using ClassedLoop = std::pair<HomologyClass, EdgeLoop>;
@@ -65,7 +46,7 @@ class Sides {
     std::vector<Polyline> on, above;
     for (const auto& [bits, loop] : loops) {
       if (!basis_.take(bits)) continue;
-      longest_m_ = std::max(longest_m_, loop.length_m);
+      loops_.emplace_back(bits, loop);
       const auto walk = search.walk(loop);
       on.push_back(lifted(mesh, normals, walk, 0));
       above.push_back(lifted(mesh, normals, walk, lift_m));
@@ -76,7 +57,7 @@ class Sides {
         odd_[i][j] = static_cast<char>(linking_number(on[i], above[j]).value & 1);
   }
 
-  double longest_m() const { return longest_m_; }  ///< of the basis
+  const std::vector<ClassedLoop>& basis() const { return loops_; }  ///< the shortest one of what it was given
 
   LoopKind kind(const HomologyClass& bits) {
     std::vector<int> parts;
@@ -96,31 +77,66 @@ class Sides {
 
  private:
   Independence basis_;
-  double longest_m_ = 0;
+  std::vector<ClassedLoop> loops_;
   std::vector<std::vector<char>> odd_;
 };
 
 struct Chosen {
-  std::vector<std::pair<EdgeLoop, LoopKind>> loops;
-  double longest_m = 0;
-  bool complete = false;
+  std::vector<ClassedLoop> loops;
+  std::vector<LoopKind> kinds;
 };
 
 /// The shortest independent loops around, and those through, of what was found.
 Chosen choose(const ShortestLoops& found, int genus, Sides& sides) {
   Chosen chosen;
   Independence around, through;
-  for (const auto& [bits, loop] : shortest_first(found)) {
+  for (const auto& loop : shortest_first(found)) {
     if (around.size() == genus && through.size() == genus) break;
-    const LoopKind kind = sides.kind(bits);
+    const LoopKind kind = sides.kind(loop.first);
     if (kind == LoopKind::mixed) continue;
-    Independence& kin = kind == LoopKind::around ? around : through;
-    if (!kin.take(bits)) continue;
-    chosen.loops.emplace_back(loop, kind);
-    chosen.longest_m = std::max(chosen.longest_m, loop.length_m);
+    if (!(kind == LoopKind::around ? around : through).take(loop.first)) continue;
+    chosen.loops.push_back(loop);
+    chosen.kinds.push_back(kind);
   }
-  chosen.complete = around.size() == genus && through.size() == genus;
   return chosen;
+}
+
+/// A vertex to search from, and how long the loops are that the search is for.
+struct Base {
+  int vertex;
+  double most_m;
+};
+
+/// Every loop that could replace one of `basis` passes a base that looks far enough: it is shorter than some
+/// loop of the basis that is a part of it, and so uses an edge that this part alone counts. Longest first.
+std::vector<Base> bases_for(const TriangleMesh& mesh, const NumberedEdges& edges, const EdgeClasses& classes,
+                            std::vector<ClassedLoop> basis) {
+  std::sort(basis.begin(), basis.end(), [](const auto& a, const auto& b) { return b.second < a.second; });
+  Independence parts_of;
+  for (const auto& [bits, loop] : basis) parts_of.take(bits);
+  std::vector<std::array<int, 2>> ends(edges.count);
+  for (std::size_t f = 0; f < edges.of.size(); ++f)
+    for (int i = 0; i < 3; ++i) ends[edges.of[f][i]] = {mesh.triangles[f][i], mesh.triangles[f][(i + 1) % 3]};
+  std::vector<std::vector<int>> counted(basis.size());  // edges by the part that they count
+  for (int e : classes.crossed) {
+    std::vector<int> parts;
+    parts_of.take(classes.of_edge(e), &parts);
+    for (int part : parts) counted[part].push_back(e);
+  }
+  std::vector<char> taken(mesh.vertices.size(), 0);
+  std::vector<Base> bases;
+  for (std::size_t part = 0; part < basis.size(); ++part) {
+    std::vector<int> degree(mesh.vertices.size(), 0);
+    for (int e : counted[part])
+      for (int v : ends[e]) ++degree[v];
+    for (int e : counted[part]) {
+      const auto [v, w] = ends[e];
+      if (taken[v] || taken[w]) continue;
+      bases.push_back({degree[v] >= degree[w] ? v : w, basis[part].second.length_m});
+      taken[bases.back().vertex] = 1;
+    }
+  }
+  return bases;
 }
 
 void keep_shorter(const ShortestLoops& from, ShortestLoops& to) {
@@ -130,25 +146,38 @@ void keep_shorter(const ShortestLoops& from, ShortestLoops& to) {
   }
 }
 
-/// Searches from all bases for loops that are no longer than `most_m`.
-ShortestLoops search_all(const LoopSearch& ready, const std::vector<int>& bases, double most_m) {
+ShortestLoops search_all(const LoopSearch& ready, const std::vector<Base>& bases) {
   ShortestLoops all;
 #pragma omp parallel
   {
     LoopSearch search = ready;
     ShortestLoops mine;
 #pragma omp for schedule(dynamic, 4)
-    for (int i = 0; i < static_cast<int>(bases.size()); ++i) search.run(bases[i], most_m, mine);
+    for (int i = 0; i < static_cast<int>(bases.size()); ++i)
+      search.run(bases[i].vertex, bases[i].most_m, mine);
 #pragma omp critical
     keep_shorter(mine, all);  // the least of a strict order: whoever comes first
   }
   return all;
 }
 
-std::vector<int> spread(const std::vector<int>& bases) {
-  std::vector<int> some;
-  for (int i = 0; i < first_bases; ++i) some.push_back(bases[bases.size() * i / first_bases]);
-  return some;
+/// Some bases that look everywhere, for each bit on edges that have it: all components with a handle are
+/// seen, and what one base finds makes up all classes of its component.
+std::vector<Base> first_bases(const TriangleMesh& mesh, const NumberedEdges& edges,
+                              const EdgeClasses& classes) {
+  std::vector<int> an_end(edges.count);
+  for (std::size_t f = 0; f < edges.of.size(); ++f)
+    for (int i = 0; i < 3; ++i) an_end[edges.of[f][i]] = mesh.triangles[f][i];
+  const std::size_t each = std::max(1, some_first_bases / classes.bits);
+  std::vector<Base> bases;
+  for (int k = 0; k < classes.bits; ++k) {
+    std::vector<int> counted;
+    for (int e : classes.crossed)
+      if (classes.row(e)[k / 64] >> (k % 64) & 1) counted.push_back(e);
+    for (std::size_t i = 0; i < each; ++i)
+      bases.push_back({an_end[counted[counted.size() * i / each]], std::numeric_limits<double>::infinity()});
+  }
+  return bases;
 }
 
 }  // namespace
@@ -157,20 +186,21 @@ std::vector<SurfaceLoop> handle_loops(const TriangleMesh& mesh) {
   const NumberedEdges edges(mesh);
   const EdgeClasses classes = edge_classes(mesh, edges);
   if (classes.bits == 0) return {};
-  const auto bases = bases_of(mesh, edges, classes);
+  const int genus = classes.bits / 2;
   LoopSearch search(mesh, edges, classes);
-
-  // A few searches without a bound find a basis; no loop of the answer is longer than its longest.
-  ShortestLoops found = search_all(search, spread(bases), std::numeric_limits<double>::infinity());
+  ShortestLoops found = search_all(search, first_bases(mesh, edges, classes));
   Sides sides(mesh, shortest_first(found), search);
-  const Chosen first = choose(found, classes.bits / 2, sides);
-  keep_shorter(search_all(search, bases, first.complete ? first.longest_m : 4 * sides.longest_m()), found);
+  Chosen chosen = choose(found, genus, sides);
+  const bool complete = std::ssize(chosen.loops) == classes.bits;
+  keep_shorter(search_all(search, bases_for(mesh, edges, classes, complete ? chosen.loops : sides.basis())),
+               found);
+  chosen = choose(found, genus, sides);
 
   std::vector<SurfaceLoop> loops;
-  for (const auto& [loop, kind] : choose(found, classes.bits / 2, sides).loops) {
-    const auto string = pull_tight(mesh, edges, string_along(mesh, edges, search.walk(loop)));
-    loops.push_back(loop_of(mesh, string));
-    loops.back().kind = kind;
+  for (std::size_t i = 0; i < chosen.loops.size(); ++i) {
+    const auto walk = search.walk(chosen.loops[i].second);
+    loops.push_back(loop_of(mesh, pull_tight(mesh, edges, string_along(mesh, edges, walk))));
+    loops.back().kind = chosen.kinds[i];
   }
   std::stable_sort(loops.begin(), loops.end(),
                    [](const auto& a, const auto& b) { return a.length_m < b.length_m; });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace geocage::topology {
 
@@ -10,9 +11,12 @@ using geometry::TriangleMesh;
 namespace {
 
 /// At most this many rounds of sliding and passing over vertices, and sweeps of sliding a round.
-constexpr int most_rounds = 200, most_sweeps = 400;
+constexpr int most_rounds = 500, most_stale_rounds = 5, most_sweeps = 400;
 /// Over-relaxation of a sweep: strings are chains, where plain sweeps take n^2 of them.
 constexpr double over_relaxation = 1.7;
+/// A crossing this near to an end of its edge, as a share of it, sits on the vertex: sliding ends there
+/// slowly.
+constexpr double at_vertex = 1e-4;
 
 int corner_of(const TriangleMesh& mesh, int face, int vertex) {
   const auto& t = mesh.triangles[face];
@@ -29,15 +33,24 @@ class Puller {
   Puller(const TriangleMesh& mesh, const NumberedEdges& edges, std::vector<Crossing> string)
       : mesh_(mesh), edges_(edges), string_(std::move(string)) {}
 
+  /// The shortest string of all rounds, so that the length never grows.
   std::vector<Crossing> pull() {
-    for (int round = 0; round < most_rounds; ++round) {
+    std::vector<Crossing> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (int round = 0, stale = 0; round < most_rounds && stale < most_stale_rounds; ++round) {
       cancel_turns_back();
       if (string_.size() < 3) return {};
-      slide();
-      if (length() < 1e-3 * (corner(string_[0], 1) - corner(string_[0], 0)).norm()) return {};
-      if (!pass_over_vertices()) break;
+      const bool at_rest = slide();
+      const double now = length();
+      if (now < 1e-3 * (corner(string_[0], 1) - corner(string_[0], 0)).norm()) return {};
+      stale = now < least * (1 - 1e-12) ? 0 : stale + 1;
+      if (now < least) {
+        least = now;
+        best = string_;
+      }
+      if (!pass_over_vertices() && at_rest) break;
     }
-    return string_;
+    return best;
   }
 
  private:
@@ -81,7 +94,8 @@ class Puller {
     return (t1 * h2 + t2 * h1) / (h1 + h2);
   }
 
-  void slide() {
+  /// True when crossings came to rest.
+  bool slide() {
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       const double stretch = sweep + 20 < most_sweeps ? over_relaxation : 1;
       double moved = 0;
@@ -92,13 +106,14 @@ class Puller {
         moved = std::max(moved, std::abs(t - c.t));
         c.t = t;
       }
-      if (moved < 1e-10) break;
+      if (moved < 1e-10) return true;
     }
+    return false;
   }
 
   /// The vertex that a crossing sits on, or -1.
   int vertex_at(const Crossing& c) const {
-    if (c.t > 1e-9 && c.t < 1 - 1e-9) return -1;
+    if (c.t > at_vertex && c.t < 1 - at_vertex) return -1;
     return mesh_.triangles[c.face][(c.side + (c.t > 0.5)) % 3];
   }
 
@@ -112,17 +127,17 @@ class Puller {
       return true;
     }
     std::vector<Crossing> passed;
-    bool any = false;
+    bool any = false, fresh = false;
     for (int from = start, to; from < start + size(); from = to) {
       const int v = vertex_at(at(from));
       to = from + 1;
       while (v >= 0 && to < start + size() && vertex_at(at(to)) == v) ++to;
-      if (v >= 0 && other_side_rad(v, from, to) < M_PI - 1e-7) {
-        any = true;
-        append_other_side(v, from, to, passed);
-      } else {
-        for (int k = from; k < to; ++k) passed.push_back(at(k));
-      }
+      std::vector<Crossing> way(to - from);
+      for (int k = from; k < to; ++k) way[k - from] = at(k);
+      fresh =
+          v >= 0 && !fresh && straighten(v, at(from - 1), at(to), way);  // every other one: neighbours move
+      any |= fresh;
+      passed.insert(passed.end(), way.begin(), way.end());
     }
     if (any) string_ = std::move(passed);
     return any;
@@ -138,30 +153,46 @@ class Puller {
     return mesh_.triangles[c.face][c.side] == v ? corner(c, 1) : corner(c, 0);
   }
 
-  /// The angle at v on the side that crossings from .. to - 1 don't go round.
-  double other_side_rad(int v, int from, int to) const {
+  /// `way` sits on v: leads it past v on the side where the angle is less, if that is less than pi. Sliding
+  /// can't do that: no crossing alone leaves the vertex without a longer way.
+  bool straighten(int v, const Crossing& before, const Crossing& after, std::vector<Crossing>& way) const {
+    auto other = other_side(v, way);
+    const double this_rad = angles(v, before, after, way).back(),
+                 other_rad = angles(v, before, after, other).back();
+    if (std::min(this_rad, other_rad) > M_PI - 1e-6) return false;
+    if (other_rad < this_rad) way = std::move(other);
+    const auto phi = angles(v, before, after, way);
     const Vec3& p = mesh_.vertices[v];
-    double this_side = angle_rad(point(at(from - 1)) - p, far_end(at(from), v) - p) +
-                       angle_rad(far_end(at(to - 1), v) - p, point(at(to)) - p);
-    for (int k = from + 1; k < to; ++k) this_side += face_angle(at(k).face, v);
-    double all = 0;
-    int face = at(from).face;
-    do {
-      all += face_angle(face, v);
-      face = edges_.across[face][corner_of(mesh_, face, v)];
-    } while (face != at(from).face);
-    return all - this_side;
+    const double a = (point(before) - p).norm(), b = (point(after) - p).norm(), all = phi.back();
+    for (std::size_t k = 0; k < way.size(); ++k) {  // where the chord meets the edges, all in one plane
+      const double away = a * b * std::sin(all) / (a * std::sin(phi[k]) + b * std::sin(all - phi[k]));
+      const double t = std::min(1.0, away / (far_end(way[k], v) - p).norm());
+      way[k].t = mesh_.triangles[way[k].face][way[k].side] == v ? t : 1 - t;
+    }
+    return true;
   }
 
-  /// Goes round v the other way, from the face before the run to the face behind it.
-  void append_other_side(int v, int from, int to, std::vector<Crossing>& passed) const {
-    const bool clockwise = mesh_.triangles[at(from).face][at(from).side] == v;
-    const int last = edges_.across[at(to - 1).face][at(to - 1).side];
-    for (int face = at(from).face; face != last;) {
-      const int c = corner_of(mesh_, face, v), side = clockwise ? (c + 2) % 3 : c;
-      passed.push_back({face, side, clockwise ? 1.0 : 0.0});
-      face = edges_.across[face][side];
+  /// Angles at v from the crossing before to each edge of the way, and to the crossing after it.
+  std::vector<double> angles(int v, const Crossing& before, const Crossing& after,
+                             const std::vector<Crossing>& way) const {
+    const Vec3& p = mesh_.vertices[v];
+    if (way.empty()) return {angle_rad(point(before) - p, point(after) - p)};
+    std::vector<double> phi = {angle_rad(point(before) - p, far_end(way[0], v) - p)};
+    for (std::size_t k = 1; k < way.size(); ++k) phi.push_back(phi.back() + face_angle(way[k].face, v));
+    phi.push_back(phi.back() + angle_rad(far_end(way.back(), v) - p, point(after) - p));
+    return phi;
+  }
+
+  /// The way round v the other way, from the face before to the face behind.
+  std::vector<Crossing> other_side(int v, const std::vector<Crossing>& way) const {
+    const bool clockwise = mesh_.triangles[way[0].face][way[0].side] == v;
+    const int last = edges_.across[way.back().face][way.back().side];
+    std::vector<Crossing> other;
+    for (int face = way[0].face; face != last; face = edges_.across[face][other.back().side]) {
+      const int c = corner_of(mesh_, face, v);
+      other.push_back({face, clockwise ? (c + 2) % 3 : c, clockwise ? 1.0 : 0.0});
     }
+    return other;
   }
 
   const TriangleMesh& mesh_;

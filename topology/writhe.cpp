@@ -67,7 +67,8 @@ double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
     gradient = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
     return 0;
   }
-  gradient = {-(dp + dq), -(dr + ds), dp + ds, dq + dr};
+  gradient = {dp + dq, dr + ds, -(dp + ds),
+              -(dq + dr)};  // minus the solid angle, whose corners move with c, d, -a, -b
   const double longest = std::sqrt(std::max({gradient.a.squaredNorm(), gradient.b.squaredNorm(),
                                              gradient.c.squaredNorm(), gradient.d.squaredNorm()}));
   if (longest > most_gradient_1pm) {
