@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <numeric>
 #include <random>
 
@@ -9,6 +10,7 @@
 #include <omp.h>
 
 #include "datasets/shapes.h"
+#include "geometry/mesh_files.h"
 #include "tests/topology/curves.h"
 #include "topology/linking.h"
 
@@ -257,11 +259,33 @@ TEST(NeckLoop, OfTheJointOfTwoTori) {
   EXPECT_NEAR(neck->length_m, perimeter, 1e-8);
 }
 
-/// Every handle's loop around is linked with a loop through when that is lifted into the solid.
-TEST(HandleLoops, OfTheElephantAreSix) {
-  const char* folder = std::getenv("GEOCAGE_TEST_OBJECTS");
-  if (!folder) GTEST_SKIP() << "GEOCAGE_TEST_OBJECTS is not set";
-  GTEST_SKIP();
+/// Foreign meshes, of which genus and size are known.
+class ObjectLoops : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* folder = std::getenv("GEOCAGE_TEST_OBJECTS");
+    if (!folder) GTEST_SKIP() << "GEOCAGE_TEST_OBJECTS is not set";
+    folder_ = folder;
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(ObjectLoops, OfTheElephantAreThreePairs) {
+  const auto mesh = geometry::read_mesh(folder_ / "elephant.off", 0.14);
+  const auto loops = handle_loops(mesh);
+  ASSERT_EQ(loops.size(), 6u);  // genus 3
+  EXPECT_EQ(count(loops, LoopKind::around), 3);
+  for (const auto& loop : loops) EXPECT_LT(loop.length_m, 2 * geometry::check_mesh(mesh).diagonal_m());
+}
+
+TEST_F(ObjectLoops, OfTheMugGoRoundItsHandleAndThroughIt) {
+  const auto loops = handle_loops(geometry::read_mesh(folder_ / "mug.stl"));
+  ASSERT_EQ(loops.size(), 2u);
+  EXPECT_NE(loops[0].kind, loops[1].kind);
+  for (const auto& loop : loops) {
+    EXPECT_GT(loop.length_m, 0.02);  // a finger's width is 2 cm, a mug 0.1 m high
+    EXPECT_LT(loop.length_m, 0.3);
+  }
 }
 
 }  // namespace
