@@ -158,14 +158,16 @@ TEST(ScoreStage, RandomCandidatesFollowTheSeed) {
 
 TEST(ScoreStage, WindowKeepsWindingAnglesInside) {
   const auto mesh = rod();
-  const auto all = scores_of(mesh, {0.03}, {.heuristics = {"winding"}});
-  const auto some =
-      scores_of(mesh, {0.03}, {.heuristics = {"winding"}, .winding_min_rad = 4.1, .winding_max_rad = 4.6});
-  EXPECT_TRUE(std::any_of(all.candidates.begin(), all.candidates.end(),
-                          [](const Candidate& c) { return c.winding_angle_rad > 4.6; }));
+  const auto all = scores_of(mesh, {0.02}, {.heuristics = {"winding"}, .com_offset_m = 10});
+  ASSERT_FALSE(all.candidates.empty());
+  const double best = all.candidates[0].winding_angle_rad, low = best - 0.3, high = best - 0.01;
+  const auto some = scores_of(
+      mesh, {0.02},
+      {.heuristics = {"winding"}, .com_offset_m = 10, .winding_min_rad = low, .winding_max_rad = high});
+  ASSERT_FALSE(some.candidates.empty());
   for (const Candidate& c : some.candidates) {
-    EXPECT_GE(c.winding_angle_rad, 4.1);
-    EXPECT_LE(c.winding_angle_rad, 4.6);
+    EXPECT_GE(c.winding_angle_rad, low);
+    EXPECT_LE(c.winding_angle_rad, high);
   }
 }
 
