@@ -240,7 +240,7 @@ Hand read_hand_folder(const fs::path& folder, const fs::path& siblings) {
     const fs::path urdf = fs::path(table.file_of("urdf")).parent_path() / table.get<std::string>("urdf");
     const std::string text = text_of(urdf);
     source.digests += pipeline::sha256_of(text);
-    hand.tree = parse_urdf(text, urdf.string());
+    hand.tree = read_urdf(urdf);
     read_articulated(table, hand);
     if (table.has("finger_radius_scale"))
       thin_fingers(table.positive("finger_radius_scale", largest_factor), hand);
