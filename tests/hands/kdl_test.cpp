@@ -1,5 +1,6 @@
-// Every hand against orocos-kdl and against numerical differences.
+// Every hand and arm against orocos-kdl and against numerical differences.
 #include <map>
+#include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -36,16 +37,20 @@ Value value_of(const urdf::ModelInterface& model, const std::string& joint) {
           of_master.master};
 }
 
-class EveryHand : public testing::TestWithParam<std::string> {
+/// By folder in `hands/`.
+std::string urdf_of(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::path(GEOCAGE_SOURCE_TREE) / "hands" / folder;
+  return (path / (path.filename().string() + ".urdf")).string();
+}
+
+class EveryTree : public testing::TestWithParam<std::string> {
  protected:
-  const Hand hand_ = load_hand(GetParam());
-  const KinematicTree& tree_ = hand_.tree;
+  const KinematicTree tree_ = read_urdf(urdf_of(GetParam()));
   KinematicData data_{tree_};
 };
 
-TEST_P(EveryHand, AgreesWithOrocosKdl) {
-  const tests::KdlTree kdl(std::string(GEOCAGE_SOURCE_TREE) + "/hands/" + GetParam() + "/" + GetParam() +
-                           ".urdf");
+TEST_P(EveryTree, AgreesWithOrocosKdl) {
+  const tests::KdlTree kdl(urdf_of(GetParam()));
   KDL::TreeFkSolverPos_recursive place(kdl.tree);
   KDL::TreeJntToJacSolver jacobian_of(kdl.tree);
   KDL::JntArray q_kdl(kdl.tree.getNrOfJoints());
@@ -79,7 +84,7 @@ TEST_P(EveryHand, AgreesWithOrocosKdl) {
   }
 }
 
-TEST_P(EveryHand, JacobiansAgreeWithCentralDifferences) {
+TEST_P(EveryTree, JacobiansAgreeWithCentralDifferences) {
   std::mt19937_64 engine(2);
   std::vector<Pose> X_plus, X_minus;
   FrameJacobian jacobian(6, tree_.dofs());
@@ -112,15 +117,28 @@ TEST_P(EveryHand, JacobiansAgreeWithCentralDifferences) {
   }
 }
 
-std::vector<std::string> with_their_own_urdf() {
-  std::vector<std::string> names;
+std::vector<std::string> folders() {
+  std::vector<std::string> with_urdf = {"arms/kuka_lwr4"};
   for (const auto& name : hand_names())
-    if (std::filesystem::exists(std::string(GEOCAGE_SOURCE_TREE) + "/hands/" + name + "/" + name + ".urdf"))
-      names.push_back(name);
-  return names;
+    if (std::filesystem::exists(urdf_of(name))) with_urdf.push_back(name);
+  return with_urdf;
 }
-INSTANTIATE_TEST_SUITE_P(Hands, EveryHand, testing::ValuesIn(with_their_own_urdf()),
-                         [](const auto& info) { return info.param; });
+std::string test_name(const testing::TestParamInfo<std::string>& info) {
+  return std::filesystem::path(info.param).filename().string();
+}
+INSTANTIATE_TEST_SUITE_P(Trees, EveryTree, testing::ValuesIn(folders()), test_name);
+
+// Data sheet: 0.31 m shoulder, 0.40 m upper arm, 0.39 m forearm, 0.078 m wrist.
+TEST(KukaLwr4, StandsAsTallAsItsDataSheet) {
+  const KinematicTree tree = read_urdf(urdf_of("arms/kuka_lwr4"));
+  KinematicData data(tree);
+  forward_kinematics(tree, Eigen::VectorXd::Zero(7), data.X_HL);
+  EXPECT_LT((data.X_HL.back().translation() - Vec3(0, 0, 0.31 + 0.40 + 0.39 + 0.078)).norm(), 1e-14);
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(7);
+  q[1] = q[3] = std::numbers::pi / 2;  // shoulder towards -x, elbow back up
+  forward_kinematics(tree, q, data.X_HL);
+  EXPECT_LT((data.X_HL.back().translation() - Vec3(-0.40, 0, 0.31 + 0.39 + 0.078)).norm(), 1e-14);
+}
 
 }  // namespace
 }  // namespace geocage::hands
