@@ -86,8 +86,10 @@ TEST_P(ShippedHand, MissesNothingAndSaysWhatPlacingNeeds) {
   EXPECT_EQ(check_hand(hand).problems, std::vector<std::string>{});
 }
 
-INSTANTIATE_TEST_SUITE_P(Hands, ShippedHand, testing::ValuesIn(hand_names()),
-                         [](const auto& info) { return info.param; });
+std::string test_name(const testing::TestParamInfo<std::string>& hand) {
+  return hand.param;
+}
+INSTANTIATE_TEST_SUITE_P(Hands, ShippedHand, testing::ValuesIn(hand_names()), test_name);
 
 TEST(Hands, HaveTheJointsAndDrivesOfTheRealOnes) {
   struct Row {
