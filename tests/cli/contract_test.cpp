@@ -1,4 +1,5 @@
 // Sentences of docs/architecture.md, section 4, that need no flow to run.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -29,6 +30,26 @@ class Contract : public testing::Test {
   }
   ScratchFolder folder_;
 };
+
+TEST_F(Contract, HandsCheckTellsWhatAHandNeeds) {
+  const Ended ready = geocage({"hands", "check", "barrett_bh280", "--json"});
+  EXPECT_EQ(ready.code, 0) << ready.err;
+  EXPECT_TRUE(json::parse(ready.out)["problems"].empty());
+  const std::string joint =
+      "<joint name='bend' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 1 0'/>"
+      "<limit lower='0' upper='1' velocity='1' effort='1'/></joint>";
+  const std::string urdf =
+      write("my.urdf", "<robot name='my'><link name='a'/><link name='b'/>" + joint + "</robot>");
+  const Ended bare = geocage({"hands", "check", urdf, "--json"});
+  EXPECT_EQ(bare.code, 2) << bare.err;
+  const json answer = json::parse(bare.out);
+  EXPECT_NE(answer["problems"][0].get<std::string>().find("no hand.toml"), std::string::npos);
+  const std::string draft = answer["draft"];
+  EXPECT_NE(draft.find("joints = [\"bend\"]"), std::string::npos) << draft;
+  write("hand.toml", draft);
+  EXPECT_EQ(geocage({"hands", "check", urdf}).code, 0) << "the draft loads; its guesses happen to fit";
+  EXPECT_EQ(geocage({"hands", "check", "no_such_hand"}).code, 2);
+}
 
 TEST_F(Contract, HelpNamesEveryCommandAndTheExitCodes) {
   const Ended help = geocage({"--help"});
@@ -64,9 +85,12 @@ TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
 
 TEST_F(Contract, HandsAreListed) {
   const json hands = json::parse(geocage({"hands", "--json"}).out)["hands"];
-  ASSERT_FALSE(hands.empty());
-  EXPECT_EQ(hands[0]["hand"], "schunk_sdh");
-  EXPECT_EQ(hands[0]["ball_radius_m"], 0.06);
+  const auto sdh =
+      std::find_if(hands.begin(), hands.end(), [](const json& hand) { return hand["hand"] == "schunk_sdh"; });
+  ASSERT_NE(sdh, hands.end());
+  EXPECT_EQ((*sdh)["ball_radius_m"], 0.06);
+  EXPECT_EQ((*sdh)["joints"], 8);
+  EXPECT_EQ((*sdh)["dofs"], 7);
 }
 
 TEST_F(Contract, DatasetsAreListedAndUnknownOnesAreCode2) {
