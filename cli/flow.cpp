@@ -289,7 +289,8 @@ class Planner {
   void add_slots(const FlowObject& object, const StageParameters& p, const Target<geometry::PointCloud>& seen,
                  const Target<geometry::TriangleMesh>& truth) {
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
-    slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
+    slot("clearance", stages::clearance_stage, p.clearance,
+         slot("occupancy", stages::occupancy_stage, p.occupancy, cloud));
     const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
     const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
     const auto field = slot("field", stages::field_stage, p.field, mesh);
