@@ -126,8 +126,7 @@ PointCloud without_grazing(const PointCloud& cloud, double grazing_deg) {
   std::vector<int> kept;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Vec3 ray = (cloud.points[i] - cloud.sensor_origins[cloud.view[i]]).normalized();
-    if (grazing_deg == 90 || std::abs(ray.dot(cloud.normals[i])) >= least)
-      kept.push_back(static_cast<int>(i));
+    if (std::abs(ray.dot(cloud.normals[i])) >= least - 1e-12) kept.push_back(static_cast<int>(i));
   }
   return geometry::subset(cloud, kept);
 }
