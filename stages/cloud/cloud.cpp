@@ -23,7 +23,7 @@ using geometry::Vec3;
 void CloudParams::visit(pipeline::Fields& f) {
   f("registration", registration, {"none", "icp"}, "whether views are moved until they fit each other");
   f("icp_reach_m", icp_reach_m, {1e-4, 1}, "icp: how far apart the views may be");
-  f("icp_rounds", icp_rounds, {1, 1000}, "icp: rounds over all views");
+  f("icp_rounds", icp_rounds, {1, 1000}, "icp: steps of all views together");
   f("outlier_neighbours", outlier_neighbours, {2, 1000}, "neighbours whose mean distance tells outliers");
   f("outlier_sigmas", outlier_sigmas, {0.1, 100},
     "a point is dropped when that distance is so many deviations above the mean");

@@ -7,7 +7,7 @@ namespace geocage::stages {
 struct CloudParams {
   std::string registration = "none";
   double icp_reach_m = 0.02;
-  int icp_rounds = 30;
+  int icp_rounds = 15;
   int outlier_neighbours = 16;
   double outlier_sigmas = 2.5;
   double voxel_m = 0.002;

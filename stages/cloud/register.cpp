@@ -40,77 +40,85 @@ void fit_normals(View& view, const Vec3& sensor) {
   }
 }
 
-/// Pairs of a point and the plane it should lie on.
-struct Pairs {
-  std::vector<Vec3> point, normal;
-  std::vector<double> distance;  ///< signed
-  double rms() const {
-    double sum = 0;
-    for (double d : distance) sum += d * d;
-    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, distance.size())));
-  }
+/// A point of view `of` and the plane of view `on` that it should lie on.
+struct Pair {
+  std::size_t of, on;
+  Vec3 point, normal;
+  double distance_m;  ///< signed
 };
 
-Pairs pairs_of(const std::vector<View>& views, std::size_t mine, double reach_m) {
+void add_pairs(const std::vector<View>& views, std::size_t of, double reach_m, std::vector<Pair>& pairs) {
   std::vector<Vec3> points, normals;
+  std::vector<std::size_t> owner;
   for (std::size_t v = 0; v < views.size(); ++v)
-    if (v != mine)
-      for (std::size_t i = 0; i < views[v].points.size(); ++i) {
-        points.push_back(views[v].moved * views[v].points[i]);
-        normals.push_back(views[v].moved.linear() * views[v].normals[i]);
-      }
-  Pairs pairs;
-  if (points.empty()) return pairs;
+    for (std::size_t i = 0; v != of && i < views[v].points.size(); ++i) {
+      points.push_back(views[v].moved * views[v].points[i]);
+      normals.push_back(views[v].moved.linear() * views[v].normals[i]);
+      owner.push_back(v);
+    }
+  if (points.empty()) return;
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
   tree.setInputCloud(to_pcl(points));
-  const View& view = views[mine];
+  const View& view = views[of];
   const std::size_t stride = std::max<std::size_t>(1, view.points.size() / 4000);
   std::vector<int> near(1);
   std::vector<float> squares(1);
   for (std::size_t i = 0; i < view.points.size(); i += stride) {
     const Vec3 p = view.moved * view.points[i];
-    const pcl::PointXYZ query(static_cast<float>(p.x()), static_cast<float>(p.y()),
-                              static_cast<float>(p.z()));
-    if (tree.nearestKSearch(query, 1, near, squares) == 0 || squares[0] > reach_m * reach_m) continue;
+    const Eigen::Vector3f query = p.cast<float>();
+    if (tree.nearestKSearch({query.x(), query.y(), query.z()}, 1, near, squares) == 0) continue;
     const Vec3& n = normals[near[0]];
-    if (!n.allFinite() || n.dot(view.moved.linear() * view.normals[i]) < M_SQRT1_2) continue;
-    pairs.point.push_back(p);
-    pairs.normal.push_back(n);
-    pairs.distance.push_back(n.dot(p - points[near[0]]));
+    const bool alike = n.dot(view.moved.linear() * view.normals[i]) > M_SQRT1_2;  // not where one is NaN
+    if (squares[0] < reach_m * reach_m && alike)
+      pairs.push_back({of, owner[near[0]], p, n, n.dot(p - points[near[0]])});
   }
+}
+
+std::vector<Pair> pairs_of(const std::vector<View>& views, double reach_m) {
+  std::vector<Pair> pairs;
+  for (std::size_t v = 0; v < views.size(); ++v) add_pairs(views, v, reach_m, pairs);
   return pairs;
 }
 
-/// One Gauss-Newton step; what the pairs leave free does not move.
-Pose step_towards(const Pairs& pairs, double reach_m) {
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
-  Vec3 middle = Vec3::Zero();
-  for (const Vec3& p : pairs.point) middle += p;
-  middle /= static_cast<double>(std::max<std::size_t>(1, pairs.point.size()));
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  Vector6 pull = Vector6::Zero();
-  for (std::size_t i = 0; i < pairs.point.size(); ++i) {
-    const double ratio = pairs.distance[i] / reach_m, weight = std::pow(std::max(0.0, 1 - ratio * ratio), 2);
-    Vector6 row;
-    row << (pairs.point[i] - middle).cross(pairs.normal[i]), pairs.normal[i];
-    information += weight * row * row.transpose();
-    pull -= weight * pairs.distance[i] * row;
-  }
-  const double damping = 1e-6 * std::max(1e-12, information.trace());
-  information.diagonal().array() += damping;
-  const Vector6 move = information.ldlt().solve(pull);
-  const Vec3 turn = move.head<3>();
-  Pose step = Pose::Identity();
-  step.translate(middle + move.tail<3>());
-  if (turn.norm() > 0) step.rotate(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
-  step.translate(-middle);
-  return step;
+double rms(const std::vector<Pair>& pairs) {
+  double sum = 0;
+  for (const Pair& pair : pairs) sum += pair.distance_m * pair.distance_m;
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, pairs.size())));
 }
 
-double mean_rms(const std::vector<View>& views, double reach_m) {
-  double sum = 0;
-  for (std::size_t v = 1; v < views.size(); ++v) sum += pairs_of(views, v, reach_m).rms();
-  return sum / static_cast<double>(std::max<std::size_t>(1, views.size() - 1));
+/// One Gauss-Newton step of all views but the first at once; what the pairs leave free does not move.
+void step_together(std::vector<View>& views, const std::vector<Pair>& pairs, double reach_m) {
+  const auto size = static_cast<Eigen::Index>(6 * views.size());
+  Vec3 middle = Vec3::Zero();
+  for (const Pair& pair : pairs) middle += pair.point / static_cast<double>(pairs.size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd pull = Eigen::VectorXd::Zero(size);
+  for (const Pair& pair : pairs) {
+    const double ratio = pair.distance_m / reach_m, weight = std::pow(std::max(0.0, 1 - ratio * ratio), 2);
+    Eigen::Matrix<double, 6, 1> row;
+    row << (pair.point - middle).cross(pair.normal), pair.normal;
+    const auto of = static_cast<Eigen::Index>(6 * pair.of), on = static_cast<Eigen::Index>(6 * pair.on);
+    const Eigen::Matrix<double, 6, 6> block = weight * row * row.transpose();
+    information.block<6, 6>(of, of) += block;
+    information.block<6, 6>(on, on) += block;
+    information.block<6, 6>(of, on) -= block;
+    information.block<6, 6>(on, of) -= block;
+    pull.segment<6>(of) -= weight * pair.distance_m * row;
+    pull.segment<6>(on) += weight * pair.distance_m * row;
+  }
+  const Eigen::Index free = size - 6;
+  Eigen::MatrixXd reduced = information.bottomRightCorner(free, free);
+  reduced.diagonal().array() += 1e-8 * reduced.trace() + 1e-12;
+  const Eigen::VectorXd moves = reduced.ldlt().solve(pull.tail(free));
+  for (std::size_t v = 1; v < views.size(); ++v) {
+    const Vec3 turn = moves.segment<3>(static_cast<Eigen::Index>(6 * v - 6)),
+               shift = moves.segment<3>(static_cast<Eigen::Index>(6 * v - 3));
+    Pose step = Pose::Identity();
+    step.translate(middle + shift);
+    if (turn.norm() > 0) step.rotate(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+    step.translate(-middle);
+    views[v].moved = step * views[v].moved;
+  }
 }
 
 }  // namespace
@@ -120,14 +128,13 @@ Registered register_views(geometry::PointCloud& cloud, double reach_m, int round
   for (std::size_t i = 0; i < cloud.size(); ++i) views[cloud.view[i]].points.push_back(cloud.points[i]);
   for (std::size_t v = 0; v < views.size(); ++v) fit_normals(views[v], cloud.sensor_origins[v]);
   Registered done;
-  done.rms_before_m = mean_rms(views, reach_m);
+  done.rms_before_m = rms(pairs_of(views, reach_m));
   for (int round = 0; round < rounds; ++round) {
     const double reach = reach_m * std::pow(0.25, round / std::max(1.0, rounds - 1.0));
-    for (std::size_t v = 1; v < views.size(); ++v)
-      if (const Pairs pairs = pairs_of(views, v, reach); pairs.point.size() >= 50)
-        views[v].moved = step_towards(pairs, reach) * views[v].moved;
+    const auto pairs = pairs_of(views, reach);
+    if (views.size() > 1 && !pairs.empty()) step_together(views, pairs, reach);
   }
-  done.rms_after_m = mean_rms(views, reach_m);
+  done.rms_after_m = rms(pairs_of(views, reach_m));
   for (std::size_t i = 0; i < cloud.size(); ++i)
     cloud.points[i] = views[cloud.view[i]].moved * cloud.points[i];
   for (std::size_t v = 0; v < views.size(); ++v) {

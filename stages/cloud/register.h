@@ -10,10 +10,10 @@ struct Registered {
 };
 
 /// Moves views whose sensors' poses are wrong until they fit: point-to-plane ICP (Chen and Medioni 1992) of
-/// each view but the first against all others, in `rounds` rounds, with pairs no farther apart than a reach
-/// that shrinks from `reach_m` to a fourth of it, facing alike within 45 degrees, far ones weighted down
-/// (Tukey). Sensors move with their views. What a view's surface leaves free (the turn of a ball) is left.
-/// Precondition: every point has a view. O(rounds points log points).
+/// all views but the first at once, each against all others, in `rounds` steps, with pairs no farther apart
+/// than a reach that shrinks from `reach_m` to a fourth of it, facing alike within 45 degrees, far ones
+/// weighted down (Tukey). Sensors move with their views. What a view's surface leaves free (the turn of a
+/// ball) is left. Precondition: every point has a view. O(rounds points log points).
 Registered register_views(geometry::PointCloud& cloud, double reach_m, int rounds);
 
 }  // namespace geocage::stages
