@@ -136,11 +136,14 @@ void guard_pcd(const fs::path& file) {
   if (needed > left + 1) refuse_pcd(file, "the file is shorter than its header promises");
 }
 
-void guard_decimal_points(const fs::path& file) {
+void guard_text_mesh(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
   for (int number = 1; number <= 2000 && std::getline(in, line); ++number) {
     if (line.find('\0') != std::string::npos) return;  // not a text
+    if (number == 1 && line.starts_with("\xef\xbb\xbf"))
+      throw UserError(Fault::input, file.string(), "it begins with a byte-order mark",
+                      "save it as plain UTF-8 without one");
     const auto begin = line.find_first_not_of(" \t");
     if (begin == std::string::npos) continue;
     const std::string_view text = std::string_view(line).substr(begin);

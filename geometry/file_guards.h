@@ -19,9 +19,9 @@ PlyCounts guard_ply(const std::filesystem::path& file);
 /// is a UserError (input).
 void guard_pcd(const std::filesystem::path& file);
 
-/// Decimal commas in the vertices of a text OBJ, OFF, STL or PLY are a UserError (input) with the line:
-/// readers stop at the comma and go on with another number.
-void guard_decimal_points(const std::filesystem::path& file);
+/// A byte-order mark, or decimal commas in the vertices, of a text OBJ, OFF, STL or PLY are a UserError
+/// (input): readers lose the first line, or stop at the comma and go on with another number.
+void guard_text_mesh(const std::filesystem::path& file);
 
 /// A binary STL whose declared triangles are not what the file holds is a UserError (input).
 void guard_stl(const std::filesystem::path& file);

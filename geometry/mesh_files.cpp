@@ -67,8 +67,7 @@ void guard_sizes(const fs::path& file) {
   const std::string ending = ending_of(file);
   const std::uint64_t faces = ending == ".ply" ? guard_ply(file).faces : 0;
   if (ending == ".stl") guard_stl(file);
-  if (ending == ".obj" || ending == ".off" || ending == ".stl" || ending == ".ply")
-    guard_decimal_points(file);
+  if (ending == ".obj" || ending == ".off" || ending == ".stl" || ending == ".ply") guard_text_mesh(file);
   // No format spends less than 12 bytes on a triangle.
   if (faces > most_faces || fs::file_size(file) / 12 > 20 * most_faces)
     throw UserError(Fault::input, file.string(), "this mesh has more than 10 million faces",

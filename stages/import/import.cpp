@@ -29,7 +29,8 @@ void ImportParams::visit(pipeline::Fields& f) {
     "clouds: one object, a table with objects, or look for a table");
   f("cluster", cluster, {}, "table scenes: all objects, largest, a number (0 is the largest), or the label");
   f("cluster_by", cluster_by, {"gap", "shape", "label"},
-    "table scenes: objects end at gaps, at gaps and hollow edges, or where the file's label changes");
+    "table scenes: objects end at gaps, at hollow edges too (where the sensor's place is known), or at "
+    "labels");
   f("plane_tolerance_m", plane_tolerance_m, {1e-4, 0.1},
     "table scenes: distance of points that lie on the table");
   f("table_share", table_share, {0, 1}, "auto: a plane with this share of the points is a table");
@@ -69,12 +70,12 @@ std::vector<Scene::Object> labelled_objects(const ImportParams& params, const Po
 
 std::vector<Scene::Object> separate_objects(const ImportParams& params, const PointCloud& cloud,
                                             const std::vector<int>& standing) {
+  const bool by_shape = params.cluster_by == "shape" && cloud.sensor_origins.size() == 1;
   std::vector<std::vector<int>> parts;
   for (const auto& cluster : clusters_of(cloud, standing, params.cluster_gap_m, params.cluster_points)) {
-    const auto pieces =
-        params.cluster_by == "shape"
-            ? convex_parts(cloud, cluster, {params.patch_m, params.concavity_deg, params.part_points})
-            : std::vector<std::vector<int>>{cluster};
+    std::vector<std::vector<int>> pieces = {cluster};
+    if (by_shape)
+      pieces = convex_parts(cloud, cluster, {params.patch_m, params.concavity_deg, params.part_points});
     parts.insert(parts.end(), pieces.begin(), pieces.end());
   }
   std::sort(parts.begin(), parts.end(),

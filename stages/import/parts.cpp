@@ -17,10 +17,13 @@ namespace {
 
 using Points = pcl::PointCloud<pcl::PointXYZ>;
 
+/// From the sensor on, for that is where PCL turns its normals to.
 Points::Ptr to_pcl(const geometry::PointCloud& cloud, const std::vector<int>& chosen) {
   Points::Ptr points(new Points);
-  for (int i : chosen)
-    points->push_back(pcl::PointXYZ(cloud.points[i].x(), cloud.points[i].y(), cloud.points[i].z()));
+  for (int i : chosen) {
+    const Eigen::Vector3f p = (cloud.points[i] - cloud.sensor_origins.front()).cast<float>();
+    points->emplace_back(p.x(), p.y(), p.z());
+  }
   return points;
 }
 

@@ -63,7 +63,8 @@ TEST(Clearance, NodesAreThoseOfBruteForce) {
 
 // One occupied cell is a box: its distance has a closed form. A node is off by at most 0.37 cells, and what
 // lies between nodes by a cell's curvature there: at most h / 4 more at a distance of 2 cells and beyond,
-// where the gradient turns by 1/2 within a cell: half of that either way.
+// where the gradient turns by 1/2 within a cell: half of that either way in
+// each of two directions across, sqrt(2) / 4 together: the cosine is 0.93 or more.
 TEST(Clearance, OfOneCellIsNearlyTheDistanceToABox) {
   geometry::Occupancy map{std::make_shared<octomap::OcTree>(h)};
   map.tree->updateNode(octomap::point3d(h / 2, h / 2, h / 2), true);
@@ -77,7 +78,7 @@ TEST(Clearance, OfOneCellIsNearlyTheDistanceToABox) {
     const double value = field.value(p, gradient);
     EXPECT_GT(value, off.norm() - 0.01 * h);
     EXPECT_LT(value, off.norm() + 0.37 * h + h / 4);
-    EXPECT_GT(gradient.normalized().dot((p - Vec3::Constant(h / 2)).normalized()), 0.97);
+    EXPECT_GT(gradient.normalized().dot((p - Vec3::Constant(h / 2)).normalized()), 0.93);
     EXPECT_NEAR(gradient.norm(), 1, 0.25);
   }
 }
