@@ -248,19 +248,25 @@ TEST(Scan, KinectWithNothingWrongIsTheCleanScan) {
   }
 }
 
-// With no bias and no noise but flying pixels, a point off the ball flies behind its silhouette.
+// The same pixels answer with and without flying ones; those that fly do so along their rays, away from the
+// sensor.
 TEST(Scan, KinectHasHolesShadowsAndFlyingPixels) {
   const auto ball = datasets::icosphere(0.05, 5);
   auto params = kinect();
   params.axial_1pm = params.step_1pm = params.bias_1pm = params.lateral_rad = params.warp_rad = 0;
   params.dropout_share = 0;
   params.grazing_deg = 89.9;
-  int flying = 0;
   const auto flown = seen(params, ball);
-  for (const Vec3& p : flown.points) {
-    const double off = std::abs(p.norm() - 0.05);
-    flying += off > 2e-3;
-    EXPECT_LT(off, params.flying_m);
+  params.flying_share = 0;
+  const auto still = seen(params, ball);
+  ASSERT_EQ(flown.size(), still.size());
+  int flying = 0;
+  for (std::size_t i = 0; i < flown.size(); ++i) {
+    const Vec3 flight = flown.points[i] - still.points[i];
+    if (flight.norm() < 1e-9) continue;
+    ++flying;
+    EXPECT_LT(flight.norm(), params.flying_m * 1.01);  // depth along a ray 4 degrees off the axis
+    EXPECT_GT(flight.normalized().dot((still.points[i] - Vec3(0, 0, 0.8)).normalized()), 1 - 1e-9);
   }
   EXPECT_GT(flying, 20);
   EXPECT_LT(flying, static_cast<int>(flown.size()) / 10);
