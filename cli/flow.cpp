@@ -228,8 +228,8 @@ class Planner {
     try {
       const MutedStdout muted;
       seen = pipeline_.get(scene);
-    } catch (const pipeline::UserError&) {  // the run meets it again, and tells
-      add_lost_pairs(object, "", "");
+    } catch (const pipeline::UserError& error) {
+      add_lost_pairs(object, "", error.sentence());
       return;
     }
     const auto scene_slots = shared_;
