@@ -4,11 +4,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <set>
 #include <sstream>
 
 #include <fmt/format.h>
 
+#include "cli/muted_stdout.h"
+#include "geometry/scene.h"
 #include "geometry/source_file.h"
 #include "pipeline/digest.h"
 
@@ -93,8 +96,14 @@ std::vector<FlowObject> flow_objects(const FlowRequest& request, const Script& s
   }
   if (request.object.empty()) return objects;
   std::vector<std::string> names;
-  for (const auto& object : objects) names.push_back(object.name);
-  std::erase_if(objects, [&](const FlowObject& object) { return object.name != request.object; });
+  for (auto& object : objects) {
+    names.push_back(object.name);
+    if (object.cloud && request.object.starts_with(object.name + "."))  // an object of a scene
+      object.part = request.object.substr(object.name.size() + 1);
+  }
+  std::erase_if(objects, [&](const FlowObject& object) {
+    return object.name != request.object && object.part.empty();
+  });
   if (objects.empty())
     throw ConfigurationError(
         {pipeline::mistake("--object " + request.object, "",
@@ -168,30 +177,92 @@ std::string error_of(const fs::path& path) {
   return "";
 }
 
+/// The parameters of an object (or of one of a scene) by its name.
+using ParametersOf = std::function<StageParameters(const std::string&)>;
+
 /// Adds the slots of one object in one variant, for all hands.
 class Planner {
  public:
   Planner(Pipeline& pipeline, Flow& flow, std::vector<Target<hands::Hand>> hands)
       : pipeline_(pipeline), flow_(flow), hands_(std::move(hands)) {}
 
-  void add(const FlowObject& object, const Variant& variant, const StageParameters& parameters) {
+  void add(const FlowObject& object, const Variant& variant, const ParametersOf& parameters_of) {
     name_ = object.name + variant.name;
     shared_.clear();
     std::string failed = object.failed;
     if (object.skipped.empty() && failed.empty()) failed = error_of(object.path);
     if (!object.skipped.empty() || !failed.empty()) {
-      for (const auto& hand : flow_.hands) {
-        FlowPair pair = new_pair(object, hand);
-        pair.skipped = object.skipped;
-        pair.failed = failed;
-        flow_.pairs.push_back(pair);
-      }
+      add_lost_pairs(object, object.skipped, failed);
       return;
     }
-    add_slots(object, parameters);
+    const StageParameters parameters = parameters_of(object.name);
+    if (object.cloud && parameters.import.scene != "object" && parameters.import.cluster == "all")
+      add_scene(object, variant, parameters, parameters_of);
+    else
+      add_file(object, parameters);
   }
 
  private:
+  Target<geometry::SourceFile> file_of(const FlowObject& object) {
+    return pipeline_.constant("file" + object.path.extension().string(), geometry::SourceFile{object.path},
+                              pipeline::sha256_of_file(object.path));
+  }
+
+  /// Pairs of an object that has no slots, or none but `shared_`.
+  void add_lost_pairs(const FlowObject& object, const std::string& skipped, const std::string& failed) {
+    for (const auto& hand : flow_.hands) {
+      FlowPair pair = new_pair(object, hand);
+      pair.skipped = skipped;
+      pair.failed = failed;
+      pair.slots = shared_;
+      flow_.pairs.push_back(pair);
+    }
+  }
+
+  /// How many objects a scene holds is known only once it was looked at, so its slot is made while planning.
+  void add_scene(const FlowObject& object, const Variant& variant, const StageParameters& parameters,
+                 const ParametersOf& parameters_of) {
+    auto params = parameters.import;
+    const auto scene = slot("scene", stages::scene_stage, params, file_of(object));
+    std::shared_ptr<const geometry::Scene> seen;
+    try {
+      const MutedStdout muted;
+      seen = pipeline_.get(scene);
+    } catch (const pipeline::UserError& error) {
+      add_lost_pairs(object, "", error.sentence());
+      return;
+    }
+    const auto scene_slots = shared_;
+    std::vector<std::string> names;
+    bool added = false;
+    for (std::size_t k = 0; k < seen->objects.size(); ++k) {
+      const std::string& part = seen->objects[k].name;
+      names.push_back(part);
+      if (!object.part.empty() && part != object.part) continue;
+      FlowObject one = object;
+      if (!part.empty()) one.name += "." + part;
+      name_ = one.name + variant.name;
+      shared_ = scene_slots;
+      const stages::PartParams part_params{static_cast<int>(k)};
+      add_slots(one, parameters_of(one.name), slot("import", stages::import_part_stage, part_params, scene),
+                {});
+      added = true;
+    }
+    if (!added)
+      throw ConfigurationError(
+          {pipeline::mistake("--object " + object.name + "." + object.part, "",
+                             "the scene holds no such object" + pipeline::did_you_mean(object.part, names))});
+  }
+
+  void add_file(const FlowObject& object, const StageParameters& p) {
+    if (object.cloud) {
+      add_slots(object, p, slot("import", stages::import_cloud_stage, p.import, file_of(object)), {});
+      return;
+    }
+    const auto truth = slot("import", stages::import_mesh_stage, p.import, file_of(object));
+    add_slots(object, p, slot("scan", stages::scan_stage, p.scan, truth), truth);
+  }
+
   FlowPair new_pair(const FlowObject& object, const hands::Hand& hand) const {
     FlowPair pair;
     pair.object = name_;
@@ -214,20 +285,12 @@ class Planner {
     return pipeline_.add(name, stage, params, inputs...);
   }
 
-  void add_slots(const FlowObject& object, const StageParameters& p) {
-    const auto file =
-        pipeline_.constant("file" + object.path.extension().string(), geometry::SourceFile{object.path},
-                           pipeline::sha256_of_file(object.path));
-    Target<geometry::TriangleMesh> truth;
-    Target<geometry::PointCloud> seen;
-    if (object.cloud) {
-      seen = slot("import", stages::import_cloud_stage, p.import, file);
-    } else {
-      truth = slot("import", stages::import_mesh_stage, p.import, file);
-      seen = slot("scan", stages::scan_stage, p.scan, truth);
-    }
+  /// Everything downstream of what was seen; `truth` is the true mesh of what is no cloud.
+  void add_slots(const FlowObject& object, const StageParameters& p, const Target<geometry::PointCloud>& seen,
+                 const Target<geometry::TriangleMesh>& truth) {
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
-    slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
+    slot("clearance", stages::clearance_stage, p.clearance,
+         slot("occupancy", stages::occupancy_stage, p.occupancy, cloud));
     const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
     const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
     if (!object.cloud) {
@@ -309,15 +372,16 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
   for (const auto& hand : flow.hands) hands.push_back(pipeline.constant("hand", hand, hand.sha256));
   Planner planner(pipeline, flow, std::move(hands));
   for (const auto& object : flow_objects(request, script))
-    for (const auto& variant : variants) {
-      StageParameters parameters;
-      apply_all(object.settings, parameters, mistakes);
-      apply_all(script.stage_settings, parameters, mistakes);
-      for (const auto& [name, setting] : script.object_settings)
-        if (name == object.name) apply_all({setting}, parameters, mistakes);
-      apply_all(variant.settings, parameters, mistakes);
-      planner.add(object, variant, parameters);
-    }
+    for (const auto& variant : variants)
+      planner.add(object, variant, [&](const std::string& name) {
+        StageParameters parameters;
+        apply_all(object.settings, parameters, mistakes);
+        apply_all(script.stage_settings, parameters, mistakes);
+        for (const auto& [known, setting] : script.object_settings)
+          if (known == object.name || known == name) apply_all({setting}, parameters, mistakes);
+        apply_all(variant.settings, parameters, mistakes);
+        return parameters;
+      });
   if (!mistakes.empty()) throw ConfigurationError(mistakes);
   return flow;
 }

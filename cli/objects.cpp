@@ -8,6 +8,8 @@
 
 #include "datasets/catalogue.h"
 #include "geometry/cloud_files.h"
+#include "geometry/file_guards.h"
+#include "geometry/mesh_files.h"
 
 namespace geocage::cli {
 
@@ -16,14 +18,15 @@ using pipeline::Setting;
 
 namespace {
 
-const std::set<std::string> mesh_endings = {".ply", ".stl", ".obj", ".off", ".gltf", ".glb", ".dae", ".3mf"};
-const std::set<std::string> cloud_endings = {".pcd", ".xyz", ".ply"};
+/// Endings of other things too, which are objects only when somebody names the file.
+const std::set<std::string> common_endings = {".txt", ".csv", ".xml", ".raw"};
 
 bool readable_name(const fs::path& file) {
-  std::string ending = file.extension();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return mesh_endings.contains(ending) || cloud_endings.contains(ending);
+  return geometry::is_mesh_ending(geometry::ending_of(file)) ||
+         geometry::is_cloud_ending(geometry::ending_of(file));
+}
+bool surely_object(const fs::path& file) {
+  return readable_name(file) && !common_endings.contains(geometry::ending_of(file));
 }
 
 FlowObject object_of_file(const fs::path& file) {
@@ -91,7 +94,7 @@ std::vector<FlowObject> find_objects(const std::vector<std::string>& words, cons
       objects.push_back(object_of_entry(*entry));
     } else if (pattern && !files.empty()) {
       for (const auto& file : files)
-        if (readable_name(file)) objects.push_back(object_of_file(file));
+        if (surely_object(file)) objects.push_back(object_of_file(file));
     } else if (fs::exists(word) || (!pattern && readable_name(word))) {
       objects.push_back(object_of_file(word));
     } else {
@@ -110,7 +113,7 @@ std::vector<FlowObject> objects_of_folder(const fs::path& folder) {
   std::vector<FlowObject> objects;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
-    if (!entry.is_directory() && readable_name(entry.path())) objects.push_back(object_of_file(entry.path()));
+    if (!entry.is_directory() && surely_object(entry.path())) objects.push_back(object_of_file(entry.path()));
   if (objects.empty())
     throw pipeline::UserError(pipeline::Fault::configuration, folder.string(),
                               "this folder holds no mesh and no cloud");

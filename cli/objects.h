@@ -15,6 +15,7 @@ struct FlowObject {
   std::string source;                             ///< where it comes from: package and licence, or "file"
   geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< for pictures
   bool cloud = false;                             ///< otherwise a mesh, which is the truth
+  std::string part;                               ///< of a scene: this object alone; empty: all of them
   std::vector<pipeline::Setting> settings;        ///< what the catalogue knows: unit, scene, cluster
   std::string skipped, failed;                    ///< a sentence when it can't be had, or can't be read
 };

@@ -6,6 +6,7 @@
 #include "stages/accuracy/accuracy.h"
 #include "stages/approach/approach.h"
 #include "stages/balls/balls.h"
+#include "stages/clearance/clearance.h"
 #include "stages/cloud/cloud.h"
 #include "stages/evaluate/evaluate.h"
 #include "stages/field/field.h"
@@ -25,6 +26,7 @@ struct StageParameters {
   stages::ScanParams scan;
   stages::CloudParams cloud;
   stages::OccupancyParams occupancy;
+  stages::ClearanceParams clearance;
   stages::ReconstructParams reconstruct;
   stages::RemeshParams remesh;
   stages::AccuracyParams accuracy;
@@ -45,6 +47,8 @@ void for_each_stage(StageParameters& p, Visit visit) {
   visit("cloud", stages::cloud_stage.version, "drops outliers, thins, orients normals", p.cloud);
   visit("occupancy", stages::occupancy_stage.version, "free, occupied and unknown space from the rays",
         p.occupancy);
+  visit("clearance", stages::clearance_stage.version, "distance to what the rays met, for planning",
+        p.clearance);
   visit("reconstruct", stages::reconstruct_stage.version, "a closed surface from oriented points",
         p.reconstruct);
   visit("remesh", stages::remesh_stage.version, "near-equilateral triangles of one size", p.remesh);

@@ -7,6 +7,7 @@ include(CGAL_Eigen3_support) # finds nothing before Eigen3
 find_package(embree 3 REQUIRED)
 find_package(assimp REQUIRED)
 find_package(octomap REQUIRED)
+find_package(hwy REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)

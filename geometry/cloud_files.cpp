@@ -1,12 +1,14 @@
 #include "geometry/cloud_files.h"
 
-#include <fstream>
-#include <sstream>
+#include <set>
 
+#include <fmt/format.h>
+#include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 
+#include "geometry/cloud_text.h"
 #include "geometry/file_guards.h"
 #include "pipeline/error.h"
 
@@ -18,58 +20,121 @@ using pipeline::UserError;
 
 namespace {
 
-using Points = pcl::PointCloud<pcl::PointXYZ>;
+const std::set<std::string> text_endings = {".xyz", ".txt", ".asc", ".csv"};
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& sentence) {
   throw UserError(Fault::input, file.string(), sentence, "write the cloud anew with another tool");
 }
 
-/// A PCD header that promises more points than a guard allows never reaches the reader.
-void guard_pcd(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::uint64_t points = 0;
-  bool data = false;
-  std::string line;
-  for (int i = 0; i < 100 && !data && std::getline(in, line); ++i) {
-    std::istringstream words(line);
-    std::string word;
-    words >> word;
-    if (word == "POINTS") words >> points;
-    data = word == "DATA";
-  }
-  if (!data) refuse(file, "its header has no DATA line: this is not a PCD file");
-  if (points > 5 * most_faces) refuse(file, "its header promises more than 50 million points");
+/// What a file holds, before anything is dropped.
+struct Raw {
+  std::vector<Vec3> points;
+  std::vector<int> labels;
+  bool organised = false;
+  std::optional<Vec3> sensor;
+};
+
+template <class Number>
+double as(const std::uint8_t* at) {
+  Number x;
+  std::memcpy(&x, at, sizeof x);
+  return static_cast<double>(x);
 }
 
-Points read_xyz(const fs::path& file) {
-  std::ifstream in(file);
-  Points points;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    for (char& c : line)
-      if (c == ',' || c == ';' || c == '\r') c = ' ';
-    if (line.find_first_not_of(' ') == std::string::npos || line[0] == '#') continue;
-    std::istringstream words(line);
-    std::string x, y, z;
-    words >> x >> y >> z;
-    char* end[3];
-    const float p[3] = {std::strtof(x.c_str(), &end[0]), std::strtof(y.c_str(), &end[1]),
-                        std::strtof(z.c_str(), &end[2])};
-    if (z.empty() || *end[0] || *end[1] || *end[2])
-      refuse(file, "line " + std::to_string(number) + " holds no three numbers");
-    points.emplace_back(p[0], p[1], p[2]);
+double number_at(const std::uint8_t* at, std::uint8_t type) {
+  using Field = pcl::PCLPointField;
+  switch (type) {
+    case Field::INT8:
+      return as<std::int8_t>(at);
+    case Field::UINT8:
+      return as<std::uint8_t>(at);
+    case Field::INT16:
+      return as<std::int16_t>(at);
+    case Field::UINT16:
+      return as<std::uint16_t>(at);
+    case Field::INT32:
+      return as<std::int32_t>(at);
+    case Field::UINT32:
+      return as<std::uint32_t>(at);
+    case Field::FLOAT32:
+      return as<float>(at);
+    default:
+      return as<double>(at);
   }
-  points.height = 1;
-  points.width = static_cast<std::uint32_t>(points.size());
-  return points;
+}
+
+const pcl::PCLPointField* field_named(const pcl::PCLPointCloud2& blob, const std::string& name) {
+  for (const auto& field : blob.fields)
+    if (field.name == name) return &field;
+  return nullptr;
+}
+
+/// PCL's own conversion takes only single precision and leaves other types unset.
+Raw unpacked(const fs::path& file, const pcl::PCLPointCloud2& blob) {
+  Raw raw;
+  raw.organised = blob.height > 1;
+  const pcl::PCLPointField* axes[3];
+  for (int k = 0; k < 3; ++k) {
+    axes[k] = field_named(blob, std::string(1, static_cast<char>('x' + k)));
+    if (!axes[k]) refuse(file, fmt::format("it has no field '{}'", static_cast<char>('x' + k)));
+  }
+  const auto* label = field_named(blob, "label");
+  const std::size_t count = std::size_t(blob.width) * blob.height;
+  if (blob.data.size() < count * blob.point_step) refuse(file, "it holds fewer points than its header says");
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t* row = blob.data.data() + i * blob.point_step;
+    Vec3& p = raw.points.emplace_back();
+    for (int k = 0; k < 3; ++k) p[k] = number_at(row + axes[k]->offset, axes[k]->datatype);
+    if (label) raw.labels.push_back(static_cast<int>(number_at(row + label->offset, label->datatype)));
+  }
+  return raw;
+}
+
+Raw read_raw(const fs::path& file) {
+  const std::string ending = ending_of(file);
+  if (text_endings.contains(ending)) {
+    Raw raw;
+    raw.points = read_text_points(file);
+    return raw;
+  }
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  pcl::PCLPointCloud2 blob;
+  Eigen::Vector4f origin = Eigen::Vector4f::Zero();
+  Eigen::Quaternionf orientation;
+  int answer = 0, version = 0;
+  if (ending == ".pcd") {
+    guard_pcd(file);
+    answer = pcl::PCDReader().read(file.string(), blob, origin, orientation, version);
+  } else if (ending == ".ply") {
+    guard_ply(file);
+    answer = pcl::PLYReader().read(file.string(), blob, origin, orientation, version);
+  } else {
+    refuse(file, "no cloud is read from files that end in '" + ending + "'");
+  }
+  if (answer < 0) refuse(file, "no cloud can be read from it");
+  Raw raw = unpacked(file, blob);
+  if (ending == ".pcd") raw.sensor = origin.head<3>().cast<double>();
+  return raw;
+}
+
+bool among(const Vec3& p, const std::vector<Vec3>& points) {
+  Vec3 low = points.front(), high = points.front();
+  for (const Vec3& q : points) {
+    low = low.cwiseMin(q);
+    high = high.cwiseMax(q);
+  }
+  return (p.array() >= low.array()).all() && (p.array() <= high.array()).all();
 }
 
 }  // namespace
 
+bool is_cloud_ending(const std::string& ending) {
+  return ending == ".pcd" || ending == ".ply" || text_endings.contains(ending);
+}
+
 bool is_cloud_file(const fs::path& file) {
   const std::string ending = ending_of(file);
-  if (ending == ".pcd" || ending == ".xyz") return true;
-  if (ending != ".ply") return false;
+  if (ending != ".ply") return is_cloud_ending(ending);
   try {
     return guard_ply(file).faces == 0;
   } catch (const UserError&) {
@@ -79,41 +144,20 @@ bool is_cloud_file(const fs::path& file) {
 
 PointCloud read_cloud(const fs::path& file, double scale_to_m, int* dropped) {
   guard_file(file);
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  const std::string ending = ending_of(file);
-  Points points;
-  int answer = 0;
-  bool sensor_known = false;
-  if (ending == ".pcd") {
-    guard_pcd(file);
-    answer = pcl::io::loadPCDFile(file.string(), points);
-    sensor_known = true;
-  } else if (ending == ".ply") {
-    guard_ply(file);
-    answer = pcl::io::loadPLYFile(file.string(), points);
-  } else if (ending == ".xyz") {
-    points = read_xyz(file);
-  } else {
-    refuse(file, "no cloud is read from files that end in '" + ending + "'");
-  }
-  if (answer < 0) refuse(file, "no cloud can be read from it");
-
+  const Raw raw = read_raw(file);
   PointCloud cloud;
-  int lost = 0;
-  for (const auto& p : points) {
-    const Vec3 q(p.x, p.y, p.z);
-    if (q.allFinite())
-      cloud.points.push_back(scale_to_m * q);
-    else
-      ++lost;
+  for (std::size_t i = 0; i < raw.points.size(); ++i) {
+    if (!raw.points[i].allFinite()) continue;
+    cloud.points.push_back(scale_to_m * raw.points[i]);
+    if (!raw.labels.empty()) cloud.label.push_back(raw.labels[i]);
   }
-  const bool organised = points.height > 1;  // there NaN means that the sensor saw nothing
-  if (!organised && lost * 5 > static_cast<int>(points.size()))
-    refuse(file, std::to_string(lost) + " of " + std::to_string(points.size()) + " points are not finite");
-  if (cloud.size() < 4) refuse(file, "it holds " + std::to_string(cloud.size()) + " points, fewer than 4");
-  if (dropped) *dropped = lost;
-  if (sensor_known) {
-    cloud.sensor_origins = {scale_to_m * points.sensor_origin_.head<3>().cast<double>()};
+  const std::size_t lost = raw.points.size() - cloud.size();
+  if (!raw.organised && lost * 5 > raw.points.size())  // in an organised cloud, the sensor saw nothing there
+    refuse(file, fmt::format("{} of {} points are not finite", lost, raw.points.size()));
+  if (cloud.size() < 4) refuse(file, fmt::format("it holds {} points, fewer than 4", cloud.size()));
+  if (dropped) *dropped = static_cast<int>(lost);
+  if (raw.sensor && !among(scale_to_m * *raw.sensor, cloud.points)) {
+    cloud.sensor_origins = {scale_to_m * *raw.sensor};
     cloud.view.assign(cloud.size(), 0);
   }
   return cloud;

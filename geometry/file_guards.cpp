@@ -84,6 +84,80 @@ PlyCounts guard_ply(const fs::path& file) {
   return {counts["vertex"], counts["face"]};
 }
 
+namespace {
+
+[[noreturn]] void refuse_pcd(const fs::path& file, const std::string& sentence) {
+  throw UserError(Fault::input, file.string(), sentence, "write the file anew with another tool");
+}
+
+/// Bytes of a row as the words of SIZE and COUNT give them.
+std::uint64_t row_of(const std::string& sizes, const std::string& counts) {
+  std::istringstream size_words(sizes), count_words(counts);
+  std::uint64_t row = 0, size = 0, count = 0;
+  while (size_words >> size) row += size * (count_words >> count ? count : 1);
+  return row;
+}
+
+}  // namespace
+
+void guard_pcd(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::map<std::string, std::string> header;
+  std::string line;
+  for (int i = 0; i < 100 && !header.contains("DATA") && std::getline(in, line); ++i) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    const auto space = line.find(' ');
+    header[line.substr(0, space)] = space == std::string::npos ? "" : line.substr(space + 1);
+  }
+  if (!header.contains("DATA")) refuse_pcd(file, "its header has no DATA line: this is not a PCD file");
+  const auto number = [&](const char* key) {
+    std::uint64_t value = 0;
+    std::istringstream(header[key]) >> value;
+    return value;
+  };
+  const std::uint64_t width = number("WIDTH"), height = header.contains("HEIGHT") ? number("HEIGHT") : 1;
+  if (number("POINTS") > most_points || width > most_points || height > most_points ||
+      width * height > most_points)
+    refuse_pcd(file, "its header promises more than 50 million points");
+  const std::uint64_t points = std::max(number("POINTS"), width * height);
+  const std::uint64_t row = row_of(header["SIZE"], header["COUNT"]);
+  if (points > 0 && (row == 0 || row > 65536))
+    refuse_pcd(file, "its header gives no sensible size of a point");
+  const std::streamoff at = in.tellg();
+  const std::uint64_t left = at < 0 ? 0 : fs::file_size(file) - static_cast<std::uint64_t>(at);
+  std::uint64_t needed = header["DATA"] == "ascii" ? 2 * points : points * row;
+  if (header["DATA"] == "binary_compressed") {
+    std::uint32_t packed[2] = {};
+    in.read(reinterpret_cast<char*>(packed), sizeof packed);
+    needed = sizeof packed + std::uint64_t{packed[0]};
+    if (!in || packed[1] != points * row)
+      refuse_pcd(file, "what it has packed is not as long as its header promises");
+  }
+  if (needed > left + 1) refuse_pcd(file, "the file is shorter than its header promises");
+}
+
+void guard_text_mesh(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  for (int number = 1; number <= 2000 && std::getline(in, line); ++number) {
+    if (line.find('\0') != std::string::npos) return;  // not a text
+    if (number == 1 && line.starts_with("\xef\xbb\xbf"))
+      throw UserError(Fault::input, file.string(), "it begins with a byte-order mark",
+                      "save it as plain UTF-8 without one");
+    const auto begin = line.find_first_not_of(" \t");
+    if (begin == std::string::npos) continue;
+    const std::string_view text = std::string_view(line).substr(begin);
+    if (!text.starts_with("v ") && !text.starts_with("vertex ") &&
+        text.find_first_not_of("0123456789+-.,eE \t\r") != text.npos)
+      continue;
+    for (std::size_t i = 1; i + 1 < text.size(); ++i)
+      if (text[i] == ',' && std::isdigit(static_cast<unsigned char>(text[i - 1])) &&
+          std::isdigit(static_cast<unsigned char>(text[i + 1])))
+        throw UserError(Fault::input, file.string() + ":" + std::to_string(number),
+                        "its numbers have decimal commas", "write them with decimal points");
+  }
+}
+
 void guard_stl(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   char head[84] = {};

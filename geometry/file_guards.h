@@ -15,6 +15,14 @@ struct PlyCounts {
 };
 PlyCounts guard_ply(const std::filesystem::path& file);
 
+/// A PCD header without its end, or one that promises more points than the guard allows or the file can hold,
+/// is a UserError (input).
+void guard_pcd(const std::filesystem::path& file);
+
+/// A byte-order mark, or decimal commas in the vertices, of a text OBJ, OFF, STL or PLY are a UserError
+/// (input): readers lose the first line, or stop at the comma and go on with another number.
+void guard_text_mesh(const std::filesystem::path& file);
+
 /// A binary STL whose declared triangles are not what the file holds is a UserError (input).
 void guard_stl(const std::filesystem::path& file);
 
@@ -22,5 +30,6 @@ void guard_stl(const std::filesystem::path& file);
 std::string ending_of(const std::filesystem::path& file);
 
 constexpr std::uint64_t most_faces = 10'000'000;
+constexpr std::uint64_t most_points = 50'000'000;
 
 }  // namespace geocage::geometry

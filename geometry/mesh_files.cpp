@@ -67,6 +67,7 @@ void guard_sizes(const fs::path& file) {
   const std::string ending = ending_of(file);
   const std::uint64_t faces = ending == ".ply" ? guard_ply(file).faces : 0;
   if (ending == ".stl") guard_stl(file);
+  if (ending == ".obj" || ending == ".off" || ending == ".stl" || ending == ".ply") guard_text_mesh(file);
   // No format spends less than 12 bytes on a triangle.
   if (faces > most_faces || fs::file_size(file) / 12 > 20 * most_faces)
     throw UserError(Fault::input, file.string(), "this mesh has more than 10 million faces",
@@ -106,6 +107,10 @@ TriangleMesh read_mesh(const fs::path& file, double scale_to_m) {
   if (mesh.triangles.empty())
     throw UserError(Fault::input, file.string(), "it holds no triangles", "is it a cloud?");
   return mesh;
+}
+
+bool is_mesh_ending(const std::string& ending) {
+  return !ending.empty() && Assimp::Importer().IsExtensionSupported(ending);
 }
 
 void guard_units(const std::string& where, double diagonal) {

@@ -13,6 +13,9 @@ namespace geocage::geometry {
 /// range.
 TriangleMesh read_mesh(const std::filesystem::path& file, double scale_to_m = 1.0);
 
+/// True for the ending of a format that assimp reads: ".stl", ".obj", ...
+bool is_mesh_ending(const std::string& ending);
+
 /// Refuses a bounding-box diagonal outside [0.5 cm, 5 m], naming the factors (0.001, 0.01, 0.0254) that would
 /// fit.
 void guard_units(const std::string& where, double diagonal);

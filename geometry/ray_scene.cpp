@@ -47,7 +47,8 @@ std::optional<RayScene::Hit> RayScene::first_hit(const Vec3& from_O, const Vec3&
   rtcIntersect1(scene_, &context, &ray);
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   const Eigen::Vector3f normal(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
-  return Hit{ray.ray.tfar, normal.dot(along) > 0};
+  return Hit{ray.ray.tfar, normal.dot(along) > 0, static_cast<int>(ray.hit.primID),
+             normal.cast<double>().normalized()};
 }
 
 }  // namespace geocage::geometry

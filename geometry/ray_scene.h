@@ -20,6 +20,8 @@ class RayScene {
   struct Hit {
     double range_m;    ///< along a unit direction
     bool from_behind;  ///< the triangle faces away
+    int triangle;
+    Vec3 normal_O;  ///< of the triangle, unit
   };
   /// The first triangle that the ray meets; nothing when there is none.
   std::optional<Hit> first_hit(const Vec3& from_O, const Vec3& along_O) const;

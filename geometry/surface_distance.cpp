@@ -12,11 +12,13 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Squared distance of the point r from the segment between 0 and `along`.
-double segment_distance2(const Vec3& r, const Vec3& along) {
+/// Nearest point to r of the segment between 0 and `along`.
+Vec3 segment_point(const Vec3& r, const Vec3& along) {
   const double length2 = along.squaredNorm();
-  const double t = length2 > 0 ? std::clamp(r.dot(along) / length2, 0.0, 1.0) : 0;
-  return (r - t * along).squaredNorm();
+  return (length2 > 0 ? std::clamp(r.dot(along) / length2, 0.0, 1.0) : 0) * along;
+}
+double segment_distance2(const Vec3& r, const Vec3& along) {
+  return (r - segment_point(r, along)).squaredNorm();
 }
 
 }  // namespace
@@ -43,11 +45,24 @@ double Facet::distance2(const Vec3& p, double limit2) const {
   return least;
 }
 
+Vec3 Facet::nearest_point(const Vec3& p) const {
+  const Vec3 ap = p - a;
+  const double at_b = to_b.dot(ap), at_c = to_c.dot(ap), at_a = 1 - at_b - at_c;
+  if (at_a >= 0 && at_b >= 0 && at_c >= 0) return p - normal.dot(ap) * normal;
+  const std::array<Vec3, 3> sides = {segment_point(ap, ab), segment_point(ap, ac),
+                                     ab + segment_point(ap - ab, ac - ab)};
+  return a + *std::min_element(sides.begin(), sides.end(), [&](const Vec3& x, const Vec3& y) {
+           return (ap - x).squaredNorm() < (ap - y).squaredNorm();
+         });
+}
+
 struct SurfaceDistance::Query {
   const SurfaceDistance* surface;
   Vec3 p;
   double best2;
   int nearest;
+  const Vec3* facing = nullptr;  ///< only triangles that face this way count
+  double least_cos = 0;
 };
 
 SurfaceDistance::Box SurfaceDistance::box_of(const TriangleMesh& mesh) {
@@ -73,16 +88,45 @@ SurfaceDistance::SurfaceDistance(const TriangleMesh& mesh, const Box& box)
 double SurfaceDistance::distance_m(const Vec3& p_O, int& nearest) const {
   const Vec3 p = p_O - center_;
   Query query{this, p, facets_[nearest].distance2(p, infinity), nearest};
+  search(query);
+  nearest = query.nearest;
+  return std::sqrt(query.best2);
+}
+
+SurfaceDistance::Foot SurfaceDistance::foot(const Vec3& p_O, int& nearest) const {
+  const double distance = distance_m(p_O, nearest);
+  return {facets_[nearest].nearest_point(p_O - center_) + center_, distance};
+}
+
+std::optional<SurfaceDistance::Foot> SurfaceDistance::foot_facing(const Vec3& p_O, const Vec3& normal_O,
+                                                                  double least_cos, double within_m,
+                                                                  int& nearest) const {
+  const Vec3 p = p_O - center_;
+  const double limit2 = within_m * within_m;
+  const bool faces = facets_[nearest].normal.dot(normal_O) > least_cos;
+  Query query{this, p, faces ? facets_[nearest].distance2(p, limit2) : limit2, nearest, &normal_O, least_cos};
+  search(query);
+  if (query.best2 >= limit2) return {};
+  nearest = query.nearest;
+  return Foot{facets_[nearest].nearest_point(p) + center_, std::sqrt(query.best2)};
+}
+
+void SurfaceDistance::search(Query& query) const {
   RTCPointQuery ball{};
-  ball.x = static_cast<float>(p.x());
-  ball.y = static_cast<float>(p.y());
-  ball.z = static_cast<float>(p.z());
+  ball.x = static_cast<float>(query.p.x());
+  ball.y = static_cast<float>(query.p.y());
+  ball.z = static_cast<float>(query.p.z());
   ball.radius = search_radius(query.best2);
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
   rtcPointQuery(scene_.handle(), &ball, &context, &visit_triangle, &query);
-  nearest = query.nearest;
-  return std::sqrt(query.best2);
+}
+
+Vec3 SurfaceDistance::barycentric(const Vec3& p_O, int triangle) const {
+  const Facet& facet = facets_[triangle];
+  const Vec3 ap = p_O - center_ - facet.a;
+  const double at_b = facet.to_b.dot(ap), at_c = facet.to_c.dot(ap);
+  return {1 - at_b - at_c, at_b, at_c};
 }
 
 bool SurfaceDistance::inside(const Vec3& p_O) const {
@@ -104,7 +148,9 @@ float SurfaceDistance::search_radius(double best2) const {
 
 bool SurfaceDistance::visit_triangle(RTCPointQueryFunctionArguments* arguments) {
   auto& query = *static_cast<Query*>(arguments->userPtr);
-  const double d2 = query.surface->facets_[arguments->primID].distance2(query.p, query.best2);
+  const Facet& facet = query.surface->facets_[arguments->primID];
+  if (query.facing && !(facet.normal.dot(*query.facing) > query.least_cos)) return false;
+  const double d2 = facet.distance2(query.p, query.best2);
   if (d2 >= query.best2) return false;
   query.best2 = d2;
   query.nearest = static_cast<int>(arguments->primID);
@@ -114,9 +160,9 @@ bool SurfaceDistance::visit_triangle(RTCPointQueryFunctionArguments* arguments) 
 
 namespace {
 
-/// Farthest sample and area integral of the distance, of some triangles.
+/// Farthest sample and area integrals of the distance and its square, of some triangles.
 struct Tally {
-  double max_m = 0, integral = 0, area = 0;
+  double max_m = 0, integral = 0, squares = 0, area = 0;
   int farthest = 0;
 
   void add_sample(double distance, int triangle) {
@@ -141,6 +187,7 @@ void add_triangle(const TriangleMesh& mesh, int triangle, const SurfaceDistance&
         const double shift = upper ? 2.0 / 3 : 1.0 / 3;
         const double d = to.distance_m(a + (i + shift) / n * ab + (j + shift) / n * ac, nearest);
         tally.integral += d * part;
+        tally.squares += d * d * part;
         tally.area += part;
         tally.add_sample(d, triangle);
       }
@@ -168,9 +215,11 @@ Deviation deviation(const TriangleMesh& from, const SurfaceDistance& to, double 
   for (const Tally& tally : tallies) {
     all.add_sample(tally.max_m, tally.farthest);
     all.integral += tally.integral;
+    all.squares += tally.squares;
     all.area += tally.area;
   }
-  return {all.max_m, all.area > 0 ? all.integral / all.area : 0, spacing_m, all.farthest};
+  if (!(all.area > 0)) return {all.max_m, 0, 0, spacing_m, all.farthest};
+  return {all.max_m, all.integral / all.area, std::sqrt(all.squares / all.area), spacing_m, all.farthest};
 }
 
 }  // namespace geocage::geometry

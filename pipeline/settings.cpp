@@ -84,9 +84,18 @@ class Putter {
   Putter(const SettingValue& value, const Field& field) : value_(value), field_(field) {}
 
   std::string operator()(bool* at) const { return put(at, std::get_if<bool>(&value_)); }
+  /// A number is a text too: `import.cluster = 2`.
   std::string operator()(std::string* at) const {
-    const auto* text = std::get_if<std::string>(&value_);
-    return text && !known(*text) ? not_known(*text) : put(at, text);
+    std::string text;
+    if (const auto x = number(value_))
+      text = shown(*x);
+    else if (const auto* said = std::get_if<std::string>(&value_))
+      text = *said;
+    else
+      return wrong_type();
+    if (!known(text)) return not_known(text);
+    *at = text;
+    return {};
   }
   std::string operator()(double* at) const {
     const auto x = number(value_);

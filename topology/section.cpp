@@ -49,11 +49,11 @@ NumberedEdges::NumberedEdges(const geometry::TriangleMesh& mesh) {
 void Cutter::find_points(const std::vector<int>& triangles, const Vec3& center, const Vec3& axis) {
   for (const CutPoint& point : points_) known_[point.edge] = -1;
   points_.clear();
-  const double offset = axis.dot(center);
+  const double offset = plane_offset(axis, center);
   for (int f : triangles) {
     const auto& t = mesh_.triangles[f];
     std::array<double, 3> h;
-    for (int i = 0; i < 3; ++i) h[i] = axis.dot(mesh_.vertices[t[i]]) - offset;
+    for (int i = 0; i < 3; ++i) h[i] = plane_height(axis.data(), offset, mesh_.vertices[t[i]].data());
     const int above = (h[0] >= 0) + (h[1] >= 0) + (h[2] >= 0);
     if (above == 0 || above == 3) continue;
     std::array<int, 2> ends;
@@ -64,8 +64,8 @@ void Cutter::find_points(const std::vector<int>& triangles, const Vec3& center, 
       int& known = known_[edges_.of[f][i]];
       if (known < 0) {
         known = static_cast<int>(points_.size());
-        points_.push_back(
-            {edges_.of[f][i], (h[i] * mesh_.vertices[t[j]] - h[j] * mesh_.vertices[t[i]]) / (h[i] - h[j])});
+        points_.push_back({edges_.of[f][i], h[i] >= 0 ? std::array{t[i], t[j]} : std::array{t[j], t[i]},
+                           (h[i] * mesh_.vertices[t[j]] - h[j] * mesh_.vertices[t[i]]) / (h[i] - h[j])});
       }
       ends[found++] = known;
     }
@@ -81,6 +81,7 @@ Section Cutter::walk(int from) {
   while (at >= 0 && !taken_[at]) {
     taken_[at] = 1;
     section.path.push_back(points_[at].p);
+    section.edges.push_back(points_[at].ends);
     const auto& next = points_[at].next;
     const int onward = next[0] != before ? next[0] : next[1];
     before = at;
@@ -110,15 +111,40 @@ Section Cutter::cut(const std::vector<int>& triangles, const Vec3& p, const Vec3
   return nearest;
 }
 
-double winding_angle_rad(const Section& section, const Vec3& center, const Vec3& axis) {
-  if (section.path.empty()) return std::numeric_limits<double>::quiet_NaN();
-  if (section.closed) return 2 * M_PI;
-  double angle = 0;
-  for (std::size_t i = 0; i + 1 < section.path.size(); ++i) {
-    const Vec3 a = section.path[i] - center, b = section.path[i + 1] - center;
-    angle += std::atan2(axis.dot(a.cross(b)), a.dot(b));
+Section along_edges(const Section& section, const geometry::TriangleMesh& mesh, const Vec3& center,
+                    const Vec3& axis) {
+  Section along;
+  along.closed = section.closed;
+  const double offset = plane_offset(axis, center);
+  int last = -1;
+  for (const auto& [above, below] : section.edges) {
+    const double up = plane_height(axis.data(), offset, mesh.vertices[above].data());
+    const double down = plane_height(axis.data(), offset, mesh.vertices[below].data());
+    const int v = up <= -down ? above : below;
+    if (v == last) continue;
+    last = v;
+    along.path.push_back(mesh.vertices[v] - (v == above ? up : down) * axis);
+    along.edges.push_back({v, v});
   }
-  return std::clamp(std::abs(angle), M_PI, 2 * M_PI);
+  return along;
+}
+
+double accumulated_angle_rad(const Section& section, const Vec3& center, const Vec3& axis) {
+  if (section.path.empty()) return std::numeric_limits<double>::quiet_NaN();
+  double angle = 0;
+  const auto add = [&](const Vec3& from, const Vec3& to) {
+    const Vec3 a = from - center, b = to - center;
+    angle += std::atan2(axis.dot(a.cross(b)), a.dot(b));
+  };
+  for (std::size_t i = 0; i + 1 < section.path.size(); ++i) add(section.path[i], section.path[i + 1]);
+  if (section.closed) add(section.path.back(), section.path.front());
+  return std::abs(angle);
+}
+
+double winding_angle_rad(const Section& section, const Vec3& center, const Vec3& axis) {
+  if (section.closed) return 2 * M_PI;
+  const double angle = accumulated_angle_rad(section, center, axis);
+  return std::isnan(angle) ? angle : std::clamp(angle, M_PI, 2 * M_PI);
 }
 
 }  // namespace geocage::topology

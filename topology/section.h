@@ -19,8 +19,18 @@ struct NumberedEdges {
 /// The piece of a ball's cut that is measured, as points in order; a ring repeats none.
 struct Section {
   std::vector<Vec3> path;
+  std::vector<std::array<int, 2>> edges;  ///< of each point: the edge it lies on, as vertex above and below
   bool closed = false;
 };
+
+/// Which side of a plane p is on: axis . p - offset, added up in the same order everywhere, so that two ways
+/// to cut a ball agree on every vertex. >= 0 is above.
+inline double plane_height(const double* axis, double offset, const double* p) {
+  return axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2] - offset;
+}
+inline double plane_offset(const Vec3& axis, const Vec3& center) {
+  return plane_height(axis.data(), 0, center.data());
+}
 
 /// Cuts triangles of a mesh with planes. Keeps its memory between cuts: one for each thread.
 class Cutter {
@@ -37,6 +47,7 @@ class Cutter {
   /// Where the plane cuts an edge, and the (one or two) cut points it is joined to.
   struct CutPoint {
     int edge;
+    std::array<int, 2> ends;  ///< above, below
     Vec3 p;
     std::array<int, 2> next = {-1, -1};
     void join(int other) { next[next[0] >= 0] = other; }
@@ -50,6 +61,15 @@ class Cutter {
   std::vector<int> known_;  ///< edge -> its cut point, or -1
   std::vector<char> taken_;
 };
+
+/// The path of mesh edges along a section: of each cut edge the end nearer to the plane, projected onto it
+/// (the thesis's edge path). Neighbours in it share an edge, since cut edges that follow each other share a
+/// triangle.
+Section along_edges(const Section& section, const geometry::TriangleMesh& mesh, const Vec3& center,
+                    const Vec3& axis);
+
+/// The angle that a section runs through around `center`, in all its turns; NaN for an empty one.
+double accumulated_angle_rad(const Section& section, const Vec3& center, const Vec3& axis);
 
 /// Winding angle W in [pi, 2 pi] of a section around `center` (thesis 3.5): the angle that the path runs
 /// through, at least half a turn and at most a full one; 2 pi for a ring. NaN for an empty one.

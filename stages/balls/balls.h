@@ -8,6 +8,7 @@ struct BallsParams {
   std::vector<double> radii_m;
   std::string metric = "hop";
   double eigenvalue_ratio = 1.1;
+  std::string section = "plane";
   void visit(pipeline::Fields& f);
 };
 
@@ -16,6 +17,6 @@ struct BallsParams {
 /// manifold.
 topology::BallSet balls(const BallsParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage balls_stage{"balls", 1, &balls};
+inline constexpr pipeline::Stage balls_stage{"balls", 2, &balls};
 
 }  // namespace geocage::stages

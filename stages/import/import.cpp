@@ -1,5 +1,9 @@
 #include "stages/import/import.h"
 
+#include <algorithm>
+#include <charconv>
+#include <map>
+
 #include <fmt/format.h>
 
 #include "geometry/cloud_files.h"
@@ -7,13 +11,14 @@
 #include "geometry/repair.h"
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
+#include "stages/import/parts.h"
 #include "stages/import/table.h"
 
 namespace geocage::stages {
 
 using geometry::PointCloud;
+using geometry::Scene;
 using geometry::TriangleMesh;
-using geometry::Vec3;
 using pipeline::Fault;
 using pipeline::UserError;
 
@@ -25,7 +30,10 @@ void ImportParams::visit(pipeline::Fields& f) {
     "meshes that are not one closed part that doesn't cut itself: mend them, refuse them, or keep them");
   f("scene", scene, {"auto", "object", "table"},
     "clouds: one object, a table with objects, or look for a table");
-  f("cluster", cluster, {0, 1000}, "table scenes: which object to keep, the one with most points first");
+  f("cluster", cluster, {}, "table scenes: all objects, largest, a number (0 is the largest), or the label");
+  f("cluster_by", cluster_by, {"gap", "shape", "label"},
+    "table scenes: objects end at gaps, at hollow edges too (where the sensor's place is known), or at "
+    "labels");
   f("plane_tolerance_m", plane_tolerance_m, {1e-4, 0.1},
     "table scenes: distance of points that lie on the table");
   f("table_share", table_share, {0, 1}, "auto: a plane with this share of the points is a table");
@@ -33,7 +41,15 @@ void ImportParams::visit(pipeline::Fields& f) {
   f("above_max_m", above_max_m, {0, 10}, "table scenes: objects end this high above the table");
   f("cluster_gap_m", cluster_gap_m, {1e-4, 1}, "table scenes: objects are farther apart than this");
   f("cluster_points", cluster_points, {4, 10000000}, "table scenes: an object has at least this many points");
+  f("patch_m", patch_m, {1e-3, 0.2}, "shape: size of the patches whose angles are compared");
+  f("concavity_deg", concavity_deg, {0, 180}, "shape: a hollower angle than this is an object's end");
+  f("part_points", part_points, {4, 10000000},
+    "shape: what touches others and has fewer points belongs to them");
   f("seed", seed, "of the search for the table");
+}
+
+void PartParams::visit(pipeline::Fields& f) {
+  f("object", object, {0, 1e6}, "number of the object within its scene");
 }
 
 namespace {
@@ -42,39 +58,78 @@ pipeline::WorkerLimits limits_of(const ImportParams& params) {
   return {params.timeout_s, params.memory_gib};
 }
 
-double diagonal_of(const std::vector<Vec3>& points) {
-  Vec3 low = points.front(), high = points.front();
-  for (const Vec3& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
+/// By the label of the file; 0 means unlabelled. The order of names is that of labels.
+std::vector<Scene::Object> labelled_objects(const ImportParams& params, const PointCloud& cloud,
+                                            const std::vector<int>& standing) {
+  std::map<int, std::vector<int>> points;
+  for (int i : standing)
+    if (cloud.label[i] != 0) points[cloud.label[i]].push_back(i);
+  std::vector<Scene::Object> objects;
+  for (auto& [label, indices] : points)
+    if (static_cast<int>(indices.size()) >= params.cluster_points)
+      objects.push_back({std::to_string(label), std::move(indices)});
+  return objects;
 }
 
-PointCloud pick(const PointCloud& cloud, const std::vector<int>& chosen) {
-  PointCloud picked;
-  picked.sensor_origins = cloud.sensor_origins;
-  for (int i : chosen) {
-    picked.points.push_back(cloud.points[i]);
-    if (!cloud.view.empty()) picked.view.push_back(cloud.view[i]);
+std::vector<Scene::Object> separate_objects(const ImportParams& params, const PointCloud& cloud,
+                                            const std::vector<int>& standing) {
+  const bool by_shape = params.cluster_by == "shape" && cloud.sensor_origins.size() == 1;
+  std::vector<std::vector<int>> parts;
+  for (const auto& cluster : clusters_of(cloud, standing, params.cluster_gap_m, params.cluster_points)) {
+    std::vector<std::vector<int>> pieces = {cluster};
+    if (by_shape)
+      pieces = convex_parts(cloud, cluster, {params.patch_m, params.concavity_deg, params.part_points});
+    parts.insert(parts.end(), pieces.begin(), pieces.end());
   }
-  return picked;
+  std::sort(parts.begin(), parts.end(),
+            [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
+  std::vector<Scene::Object> objects;
+  for (auto& part : parts) objects.push_back({std::to_string(objects.size()), std::move(part)});
+  return objects;
 }
 
-PointCloud object_on_table(const ImportParams& params, pipeline::Run& run, const PointCloud& cloud,
-                           const FoundPlane& table, const std::string& file) {
-  const auto clusters = clusters_on(
-      cloud, table, {params.above_min_m, params.above_max_m, params.cluster_gap_m, params.cluster_points});
+/// The objects on the table; none when there is no table, or nothing on it.
+std::vector<Scene::Object> objects_on_table(const ImportParams& params, pipeline::Run& run, PointCloud& cloud,
+                                            const std::string& file) {
+  const FoundPlane table = find_plane(cloud, params.plane_tolerance_m, params.seed);
+  const double share = static_cast<double>(table.on.size()) / static_cast<double>(cloud.size());
+  run.metric("plane_share", share);
+  if (params.scene == "table" && table.on.empty())
+    throw UserError(Fault::input, file, "no plane was found in this table scene",
+                    "say import.scene = 'object'");
+  if (table.on.empty() || (params.scene == "auto" && share < params.table_share)) return {};
+  const auto standing = standing_on(cloud, table, params.above_min_m, params.above_max_m);
+  if (params.cluster_by == "label" && cloud.label.empty())
+    throw UserError(Fault::input, file, "its points have no labels", "say import.cluster_by = 'shape'");
+  auto objects = params.cluster_by == "label" ? labelled_objects(params, cloud, standing)
+                                              : separate_objects(params, cloud, standing);
+  if (!objects.empty()) cloud.support = table.plane;
   run.metric("points_on_table", static_cast<double>(table.on.size()));
-  run.metric("clusters", static_cast<double>(clusters.size()));
-  if (params.cluster >= static_cast<int>(clusters.size()))
-    throw UserError(Fault::input, file,
-                    fmt::format("cluster {} was asked for, but {} objects stand on the table", params.cluster,
-                                clusters.size()),
-                    "see import.cluster, import.cluster_points and import.above_min_m");
-  PointCloud object = pick(cloud, clusters[params.cluster]);
-  object.support = table.plane;
-  return object;
+  run.metric("points_above_table", static_cast<double>(standing.size()));
+  return objects;
+}
+
+/// Which object of the scene `cluster` means.
+int chosen_object(const ImportParams& params, const Scene& scene, const std::string& file) {
+  const auto count = static_cast<int>(scene.objects.size());
+  if (params.cluster == "largest" || (params.cluster == "all" && count == 1)) {
+    const auto largest =
+        std::max_element(scene.objects.begin(), scene.objects.end(),
+                         [](const auto& a, const auto& b) { return a.points.size() < b.points.size(); });
+    return static_cast<int>(largest - scene.objects.begin());
+  }
+  int number = 0;
+  const char* end = params.cluster.data() + params.cluster.size();
+  if (const auto read = std::from_chars(params.cluster.data(), end, number); read.ptr != end || number < 0)
+    throw UserError(Fault::configuration, "import.cluster", "'" + params.cluster + "' names no single object",
+                    "say largest or a number");
+  for (int k = 0; k < count; ++k)
+    if (scene.objects[k].name == params.cluster || (scene.objects[k].name.empty() && number == 0)) return k;
+  std::string names;
+  for (const auto& object : scene.objects) names += (names.empty() ? "" : ", ") + object.name;
+  throw UserError(Fault::input, file,
+                  fmt::format("object {} was asked for, but these stand on the table: {}", number, names),
+                  "see import.cluster, import.cluster_points and import.above_min_m");
 }
 
 /// A mesh that is no solid is mended or refused.
@@ -117,23 +172,40 @@ TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const g
   return mesh;
 }
 
-PointCloud import_cloud(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
+Scene find_scene(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
   const double scale = geometry::unit_factor(params.unit);
   const std::string name = file.path.string();
-  PointCloud cloud = pipeline::contained<PointCloud>(limits_of(params), name,
-                                                     [&] { return geometry::read_cloud(file.path, scale); });
-  run.metric("points", static_cast<double>(cloud.size()));
-  if (params.scene != "object") {
-    const FoundPlane table = find_plane(cloud, params.plane_tolerance_m, params.seed);
-    const double share = static_cast<double>(table.on.size()) / static_cast<double>(cloud.size());
-    run.metric("plane_share", share);
-    const bool is_table = params.scene == "table" || share >= params.table_share;
-    if (params.scene == "table" && table.on.empty())
-      throw UserError(Fault::input, name, "no plane was found in this table scene",
-                      "say import.scene = 'object'");
-    if (is_table) cloud = object_on_table(params, run, cloud, table, name);
+  Scene scene;
+  scene.cloud = pipeline::contained<PointCloud>(limits_of(params), name,
+                                                [&] { return geometry::read_cloud(file.path, scale); });
+  run.metric("points", static_cast<double>(scene.cloud.size()));
+  if (params.scene != "object") scene.objects = objects_on_table(params, run, scene.cloud, name);
+  if (params.scene == "table" && scene.objects.empty())
+    throw UserError(Fault::input, name, "no object stands on the table",
+                    "see import.cluster_points, import.above_min_m and import.unit");
+  if (scene.objects.empty()) {
+    scene.objects.emplace_back();
+    for (std::size_t i = 0; i < scene.cloud.size(); ++i)
+      scene.objects.back().points.push_back(static_cast<int>(i));
   }
-  geometry::guard_units(name, diagonal_of(cloud.points));
+  run.metric("clusters", static_cast<double>(scene.objects.size()));
+  return scene;
+}
+
+PointCloud import_part(const PartParams& params, pipeline::Run& run, const Scene& scene) {
+  const auto& object = scene.objects.at(static_cast<std::size_t>(params.object));
+  PointCloud cloud = geometry::subset(scene.cloud, object.points);
+  const std::string name = object.name.empty() ? "this cloud" : "object " + object.name + " of the scene";
+  geometry::guard_units(name, geometry::diagonal_m(cloud.points));
+  run.metric("kept", static_cast<double>(cloud.size()));
+  return cloud;
+}
+
+PointCloud import_cloud(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
+  const Scene scene = find_scene(params, run, file);
+  const std::string name = file.path.string();
+  PointCloud cloud = geometry::subset(scene.cloud, scene.objects[chosen_object(params, scene, name)].points);
+  geometry::guard_units(name, geometry::diagonal_m(cloud.points));
   run.metric("kept", static_cast<double>(cloud.size()));
   return cloud;
 }

@@ -90,7 +90,13 @@ FoundPlane find_plane(const PointCloud& cloud, double tolerance_m, std::uint64_t
     }
   }
   if (most < 3) return found;
-  for (int i = 0; i < 5; ++i) best = least_squares(cloud, points_on(cloud, best, tolerance_m));
+  // To a plane that its own points give back, so that the draws above leave no trace.
+  for (int i = 0; i < 50; ++i) {
+    auto on = points_on(cloud, best, tolerance_m);
+    if (on == found.on) break;
+    best = least_squares(cloud, on);
+    found.on = std::move(on);
+  }
   const Vec3 sensor = cloud.sensor_origins.empty() ? Vec3::Zero().eval() : cloud.sensor_origins.front();
   if (best.height_m(sensor) < 0) best = {-best.normal, -best.offset_m};
   found.plane = best;
@@ -98,29 +104,36 @@ FoundPlane find_plane(const PointCloud& cloud, double tolerance_m, std::uint64_t
   return found;
 }
 
-std::vector<std::vector<int>> clusters_on(const PointCloud& cloud, const FoundPlane& table,
-                                          const ClusterRule& rule) {
+std::vector<int> standing_on(const PointCloud& cloud, const FoundPlane& table, double above_min_m,
+                             double above_max_m) {
   const Eigen::Matrix3d frame = geometry::frame_from_z(table.plane.normal);
   const auto foot = [&](const Vec3& p) { return Point2(frame.col(0).dot(p), frame.col(1).dot(p)); };
   std::vector<Point2> feet;
   for (int i : table.on) feet.push_back(foot(cloud.points[i]));
   const auto hull = convex_hull(std::move(feet));
-
   std::vector<int> standing;
-  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Vec3& p = cloud.points[i];
     const double height = table.plane.height_m(p);
-    if (height < rule.above_min_m || height > rule.above_max_m || !inside(hull, foot(p))) continue;
-    standing.push_back(static_cast<int>(i));
-    points->emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+    if (height >= above_min_m && height <= above_max_m && inside(hull, foot(p)))
+      standing.push_back(static_cast<int>(i));
   }
-  if (standing.empty()) return {};
+  return standing;
+}
+
+std::vector<std::vector<int>> clusters_of(const PointCloud& cloud, const std::vector<int>& chosen,
+                                          double gap_m, int min_points) {
+  if (chosen.empty()) return {};
+  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i : chosen) {
+    const Eigen::Vector3f p = cloud.points[i].cast<float>();
+    points->emplace_back(p.x(), p.y(), p.z());
+  }
   pcl::search::KdTree<pcl::PointXYZ>::Ptr tree(new pcl::search::KdTree<pcl::PointXYZ>);
   tree->setInputCloud(points);
   pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
-  extraction.setClusterTolerance(rule.gap_m);
-  extraction.setMinClusterSize(rule.points);
+  extraction.setClusterTolerance(gap_m);
+  extraction.setMinClusterSize(min_points);
   extraction.setSearchMethod(tree);
   extraction.setInputCloud(points);
   std::vector<pcl::PointIndices> parts;
@@ -129,7 +142,7 @@ std::vector<std::vector<int>> clusters_on(const PointCloud& cloud, const FoundPl
   std::vector<std::vector<int>> clusters;
   for (const auto& part : parts) {
     std::vector<int>& cluster = clusters.emplace_back();
-    for (int i : part.indices) cluster.push_back(standing[i]);
+    for (int i : part.indices) cluster.push_back(chosen[i]);
     std::sort(cluster.begin(), cluster.end());
   }
   std::sort(clusters.begin(), clusters.end(),

@@ -16,14 +16,14 @@ struct FoundPlane {
 /// points on it when there is none.
 FoundPlane find_plane(const geometry::PointCloud& cloud, double tolerance_m, std::uint64_t seed);
 
-struct ClusterRule {
-  double above_min_m, above_max_m, gap_m;
-  int points;
-};
-
 /// What stands on the plane: points between the heights whose foot lies inside the convex hull of the plane's
-/// points, in Euclidean clusters, the largest first. Indices ascending.
-std::vector<std::vector<int>> clusters_on(const geometry::PointCloud& cloud, const FoundPlane& table,
-                                          const ClusterRule& rule);
+/// points. Indices ascending.
+std::vector<int> standing_on(const geometry::PointCloud& cloud, const FoundPlane& table, double above_min_m,
+                             double above_max_m);
+
+/// Euclidean clusters of the chosen points, with at least `points` of them and gaps of more than `gap_m` in
+/// between, the largest first. Indices ascending.
+std::vector<std::vector<int>> clusters_of(const geometry::PointCloud& cloud, const std::vector<int>& chosen,
+                                          double gap_m, int points);
 
 }  // namespace geocage::stages

@@ -1,114 +1,143 @@
 #include "stages/scan/scan.h"
 
-#include <cmath>
-#include <random>
+#include <algorithm>
 
-#include "geometry/ray_scene.h"
 #include "pipeline/error.h"
+#include "stages/scan/cameras.h"
+#include "stages/scan/noise_models.h"
 
 namespace geocage::stages {
 
 using geometry::PointCloud;
+using geometry::RandomStream;
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
 void ScanParams::visit(pipeline::Fields& f) {
   f("views", views, {1, 1000}, "views, spread evenly over a sphere around the object");
-  f("width", width, {8, 4096}, "pixels of a row");
-  f("height", height, {8, 4096}, "pixels of a column");
+  f("placement", placement, {"diagonals", "metres", "list"},
+    "how far cameras stand: in diagonals of the object's box, in metres, or where positions_m says");
   f("distance_diagonals", distance_diagonals, {0.6, 100},
     "distance of the sensor from the centre, in diagonals of the object's box");
-  f("sigma_m", sigma_m, {0, 0.1}, "standard deviation of the Gaussian noise");
-  f("noise", noise, {"ray", "isotropic"}, "noise along the ray, or in all three directions");
-  f("seed", seed, "of the noise");
+  f("distance_m", distance_m, {0.01, 100}, "distance of the sensor from the centre");
+  f("positions_m", positions_m, {-100, 100}, "list: x, y, z of each camera in O; it looks at the centre");
+  f("width", width, {8, 4096}, "pixels of a row");
+  f("height", height, {8, 4096}, "pixels of a column");
+  f("intrinsics", intrinsics, {"fit", "field_of_view", "matrix"},
+    "focal length: the object fills the image, from field_of_view_deg, or fx_px to cy_px");
+  f("field_of_view_deg", field_of_view_deg, {1, 170}, "field_of_view: horizontal");
+  f("fx_px", fx_px, {1, 1e5}, "matrix: focal length along a row");
+  f("fy_px", fy_px, {1, 1e5}, "matrix: focal length along a column");
+  f("cx_px", cx_px, {-1e5, 1e5}, "matrix: principal point, from the image's left border");
+  f("cy_px", cy_px, {-1e5, 1e5}, "matrix: principal point, from the image's upper border");
+  f("range_min_m", range_min_m, {0, 100}, "nearer points are not seen");
+  f("range_max_m", range_max_m, {0, 100}, "farther points are not seen");
+  f("noise", noise, {"gaussian", "kinect", "outliers", "missing"}, "the models at work; [] is a clean scan");
+  f("along", along, {"ray", "normal", "isotropic"}, "gaussian: in which direction");
+  f("sigma_m", sigma_m, {0, 0.1}, "gaussian: deviation is the sum of this,");
+  f("sigma_edges", sigma_edges, {0, 10}, "gaussian: of this many mean edges of the mesh,");
+  f("sigma_diagonals", sigma_diagonals, {0, 1}, "gaussian: and of this many diagonals of its box");
+  f("axial_1pm", axial_1pm, {0, 1}, "kinect: deviation of the inverse depth");
+  f("step_1pm", step_1pm, {0, 1}, "kinect: step of the inverse depth");
+  f("bias_1pm", bias_1pm, {0, 1}, "kinect: root mean square of the smooth error of the inverse depth");
+  f("lateral_rad", lateral_rad, {0, 0.1}, "kinect: deviation of a pixel's direction, right and down");
+  f("warp_rad", warp_rad, {0, 0.1}, "kinect: root mean square of its smooth error, right and down");
+  f("baseline_m", baseline_m, {0, 1}, "kinect: from camera to projector, whose shadows have no depth");
+  f("dropout_share", dropout_share, {0, 1}, "kinect: pixels without depth anywhere");
+  f("grazing_deg", grazing_deg, {0, 89.9}, "kinect: from this angle of incidence up to 90, more and more");
+  f("flying_share", flying_share, {0, 1}, "kinect: pixels at silhouettes that fly behind them");
+  f("flying_m", flying_m, {0, 1}, "kinect: how far they fly");
+  f("outlier_share", outlier_share, {0, 1}, "outliers: points that lie anywhere on their rays");
+  f("missing_views", missing_views, {0, 1}, "missing: share of the views");
+  f("missing_surface", missing_surface, {0, 0.99}, "missing: share of the points, in one hole");
+  f("pose_error_m", pose_error_m, {0, 1}, "deviation of a sensor's place, all views but the first");
+  f("pose_error_rad", pose_error_rad, {0, 1}, "deviation of its rotation vector, all views but the first");
+  f("seed", seed, "of all noise");
 }
 
 namespace {
 
-/// Normal numbers by Box and Muller: std::normal_distribution differs between libraries.
-class Gauss {
+bool has(const ScanParams& params, const char* model) {
+  return std::count(params.noise.begin(), params.noise.end(), model) > 0;
+}
+
+/// Streams of random numbers: a view's pixels, its other troubles, and the whole scan.
+constexpr std::uint64_t trouble_streams = 1u << 16, scan_stream = 1u << 18;
+
+class Scanner {
  public:
-  Gauss(std::uint64_t seed, std::uint64_t stream) : random_(seed * 0x9e3779b97f4a7c15u + stream) {}
-  double operator()() {
-    const double radius = std::sqrt(-2 * std::log(unit())), angle = 2 * M_PI * unit();
-    return radius * std::cos(angle);
+  Scanner(const ScanParams& params, const TriangleMesh& mesh) : params_(params) {
+    const auto report = geometry::check_mesh(mesh);
+    center_ = (report.box_min + report.box_max) / 2;
+    diagonal_m_ = report.diagonal_m();
+    sigma_m_ = has(params, "gaussian") ? params.sigma_m + params.sigma_edges * report.mean_edge_m +
+                                             params.sigma_diagonals * diagonal_m_
+                                       : 0;
+    cameras_ = cameras_of(params, center_, diagonal_m_);
+  }
+  double sigma_m() const { return sigma_m_; }
+  const std::vector<geometry::DepthCamera>& cameras() const { return cameras_; }
+  const Vec3& center() const { return center_; }
+
+  PointCloud cloud(const geometry::RayScene& scene) const {
+    std::vector<std::vector<Vec3>> seen(cameras_.size());
+    std::vector<Vec3> sensors(cameras_.size());
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t k = 0; k < cameras_.size(); ++k) {
+      seen[k] = see(scene, k);
+      sensors[k] = cameras_[k].p_OS();
+      misplace(seen[k], sensors[k], k);
+    }
+    PointCloud cloud;
+    for (std::size_t k = 0; k < cameras_.size(); ++k) {
+      cloud.sensor_origins.push_back(sensors[k]);
+      cloud.points.insert(cloud.points.end(), seen[k].begin(), seen[k].end());
+      cloud.view.insert(cloud.view.end(), seen[k].size(), static_cast<int>(k));
+    }
+    if (has(params_, "missing")) {
+      RandomStream random(params_.seed, scan_stream);
+      lose_parts(cloud, params_.missing_views, params_.missing_surface, random);
+    }
+    return cloud;
   }
 
  private:
-  /// Uniform in (0, 1].
-  double unit() { return static_cast<double>((random_() >> 11) + 1) * 0x1p-53; }
-  std::mt19937_64 random_;
-};
-
-/// The k-th of n directions spread evenly over the sphere (Fibonacci lattice).
-Vec3 direction(int k, int n) {
-  const double z = 1 - (2 * k + 1.0) / n, angle = k * M_PI * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
-  return {r * std::cos(angle), r * std::sin(angle), z};
-}
-
-/// A pinhole camera whose frame the object's bounding ball just fills.
-struct Camera {
-  Vec3 p_OS;
-  Eigen::Matrix3d R_OS;  ///< x right, y down, z along the view
-  double half_tan;
-
-  Vec3 ray(int x, int y, int width, int height) const {
-    const double pixel = 2 * half_tan / std::min(width, height);
-    const Vec3 d((x + 0.5 - width / 2.0) * pixel, (y + 0.5 - height / 2.0) * pixel, 1);
-    return (R_OS * d).normalized();
+  std::vector<Vec3> see(const geometry::RayScene& scene, std::size_t k) const {
+    RandomStream random(params_.seed, k);
+    const Exposure view{params_, scene, cameras_[k], random};
+    auto points =
+        with_gaussian(has(params_, "kinect") ? kinect_points(view) : clean_points(view), view, sigma_m_);
+    if (has(params_, "outliers"))
+      add_outliers(points, cameras_[k].p_OS(), params_.outlier_share, center_, diagonal_m_, random);
+    return points;
   }
-};
 
-std::vector<Vec3> see(const ScanParams& params, const geometry::RayScene& scene, const Camera& camera,
-                      int view) {
-  Gauss gauss(params.seed, static_cast<std::uint64_t>(view));
-  std::vector<Vec3> points;
-  for (int y = 0; y < params.height; ++y)
-    for (int x = 0; x < params.width; ++x) {
-      const Vec3 along = camera.ray(x, y, params.width, params.height);
-      const auto hit = scene.first_hit(camera.p_OS, along);
-      if (!hit) continue;
-      const Vec3 p = camera.p_OS + hit->range_m * along;
-      if (params.noise == "ray") {
-        points.push_back(p + params.sigma_m * gauss() * along);
-      } else {
-        const double dx = gauss(), dy = gauss(), dz = gauss();
-        points.push_back(p + params.sigma_m * Vec3(dx, dy, dz));
-      }
-    }
-  return points;
-}
+  void misplace(std::vector<Vec3>& points, Vec3& sensor, std::size_t k) const {
+    if (k == 0 || (params_.pose_error_m == 0 && params_.pose_error_rad == 0)) return;
+    RandomStream random(params_.seed, trouble_streams + k);
+    const auto error = pose_error(sensor, params_.pose_error_m, params_.pose_error_rad, random);
+    for (Vec3& p : points) p = error * p;
+    sensor = error * sensor;
+  }
+
+  const ScanParams& params_;
+  Vec3 center_;
+  double diagonal_m_ = 0, sigma_m_ = 0;
+  std::vector<geometry::DepthCamera> cameras_;
+};
 
 }  // namespace
 
 PointCloud scan(const ScanParams& params, pipeline::Run& run, const TriangleMesh& mesh) {
-  const auto report = geometry::check_mesh(mesh);
-  const Vec3 center = (report.box_min + report.box_max) / 2;
-  const double distance = params.distance_diagonals * report.diagonal_m();
-  const geometry::RayScene scene(mesh, center);
-  std::vector<Camera> cameras;
-  for (int k = 0; k < params.views; ++k) {
-    const Vec3 d = direction(k, params.views);
-    // The ball of half a diagonal at this distance: sin = 1 / (2 distance_diagonals).
-    cameras.push_back({center + distance * d, geometry::frame_from_z(-d),
-                       std::tan(std::asin(0.5 / params.distance_diagonals))});
-  }
-  std::vector<std::vector<Vec3>> seen(cameras.size());
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t k = 0; k < cameras.size(); ++k)
-    seen[k] = see(params, scene, cameras[k], static_cast<int>(k));
-
-  PointCloud cloud;
-  for (std::size_t k = 0; k < cameras.size(); ++k) {
-    cloud.sensor_origins.push_back(cameras[k].p_OS);
-    cloud.points.insert(cloud.points.end(), seen[k].begin(), seen[k].end());
-    cloud.view.insert(cloud.view.end(), seen[k].size(), static_cast<int>(k));
-  }
+  const Scanner scanner(params, mesh);
+  const geometry::RayScene scene(mesh, scanner.center());
+  PointCloud cloud = scanner.cloud(scene);
   if (cloud.points.empty())
     throw pipeline::UserError(pipeline::Fault::geometry, "scan", "no ray meets the surface",
-                              "is the mesh empty or far too thin?");
+                              "is the mesh empty, far too thin, or out of scan.range_min_m, range_max_m?");
   run.metric("points", static_cast<double>(cloud.size()));
-  run.metric("sensor_distance_m", distance);
+  run.metric("sensor_distance_m", (scanner.cameras().front().p_OS() - scanner.center()).norm());
+  run.metric("sigma_m", scanner.sigma_m());
   return cloud;
 }
 

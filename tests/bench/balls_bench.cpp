@@ -1,75 +1,154 @@
-// Geodesic balls with curvature, axis and winding angle of every vertex, against Boost's bounded Dijkstra,
-// which gives the ball alone. Arguments: percent of the diagonal.
+// Geodesic balls with curvature, area, Euler number, axis and winding angle of every vertex, against Boost's
+// bounded Dijkstra, which gives the ball alone, and against the plain implementation. Arguments: mesh
+// (kilo-vertices, about) and percent of the diagonal. The peers look at every 50th vertex; items are sources,
+// so that items per second compare. Run with --benchmark_enable_random_interleaving=true
+// --benchmark_repetitions=3: peers side by side.
+#include <cmath>
+#include <map>
+
 #include <benchmark/benchmark.h>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
-#include <boost/graph/dijkstra_shortest_paths.hpp>
+#include <boost/graph/dijkstra_shortest_paths_no_color_map.hpp>
 #include <omp.h>
 
 #include "datasets/shapes.h"
-#include "topology/balls.h"
+#include "topology/ball_mesh.h"
+#include "topology/lane_balls.h"
+#include "topology/plain_balls.h"
 
 namespace geocage {
 namespace {
 
-const geometry::TriangleMesh& ball() {
-  static const auto mesh = datasets::icosphere(0.05, 4);
-  return mesh;
+using topology::Metric;
+
+/// A dented torus, its vertices in the order of a Hilbert curve: what helps the lanes shall help the peers.
+const geometry::TriangleMesh& surface(std::int64_t kilo) {
+  static std::map<std::int64_t, geometry::TriangleMesh> meshes;
+  if (const auto found = meshes.find(kilo); found != meshes.end()) return found->second;
+  const int around = static_cast<int>(std::lround(std::sqrt(static_cast<double>(kilo) * 1000 * 0.3)));
+  auto mesh = datasets::torus(1, 0.3, static_cast<int>(around / 0.3), around);
+  for (geometry::Vec3& p : mesh.vertices)
+    p *= 1 + 0.2 * std::sin(5.3 * p.x() + 0.7 * p.y() - 0.4) * std::cos(4 * p.z() + p.x());
+  const auto original = topology::BallMesh(mesh).original;
+  geometry::TriangleMesh ordered;
+  std::vector<int> rank(original.size());
+  for (int v : original) {
+    rank[v] = static_cast<int>(ordered.vertices.size());
+    ordered.vertices.push_back(mesh.vertices[v]);
+  }
+  for (const auto& t : mesh.triangles) ordered.triangles.push_back({rank[t[0]], rank[t[1]], rank[t[2]]});
+  return meshes.emplace(kilo, ordered).first->second;
 }
 double radius_m(const benchmark::State& state) {
-  return check_mesh(ball()).diagonal_m() * static_cast<double>(state.range(0)) / 100;
+  return check_mesh(surface(state.range(0))).diagonal_m() * static_cast<double>(state.range(1)) / 100;
+}
+std::vector<int> some_sources(const geometry::TriangleMesh& mesh) {
+  std::vector<int> sources;
+  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); v += 50) sources.push_back(v);
+  return sources;
+}
+void count_items(benchmark::State& state, std::size_t sources) {
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(sources));
+  state.counters["us/source"] =
+      benchmark::Counter(static_cast<double>(sources) * 1e-6,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-void all_fields(benchmark::State& state, topology::Metric metric) {
+void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int threads) {
+  omp_set_num_threads(threads);
+  const auto& mesh = surface(state.range(0));
+  std::vector<double> list;
+  for (int i = 1; i <= radii; ++i) list.push_back(radius_m(state) * i / radii);
+  topology::BallOptions options;
+  options.winding = winding;
+  for (auto _ : state) benchmark::DoNotOptimize(topology::ball_fields(mesh, list, metric, options));
+  count_items(state, mesh.vertices.size());
+}
+
+void plain(benchmark::State& state, Metric metric) {
   omp_set_num_threads(1);
-  for (auto _ : state) benchmark::DoNotOptimize(topology::ball_fields(ball(), {radius_m(state)}, metric));
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(ball().vertices.size()));
+  const auto& mesh = surface(state.range(0));
+  const auto sources = some_sources(mesh);
+  topology::PlainBalls balls(mesh, metric, {});
+  topology::BallSet set;
+  set.radii.push_back(topology::BallFields::of_size(mesh.vertices.size(), radius_m(state)));
+  for (auto _ : state) balls.measure(sources, set);
+  count_items(state, sources.size());
 }
 
 struct Beyond {};
+/// Stops behind the radius, and notes whose distance has to be made infinite again: no work that grows with
+/// the mesh.
 struct Bound : boost::dijkstra_visitor<> {
   double radius;
   const std::vector<double>* distance;
+  std::vector<std::size_t>* touched;
   template <class Vertex, class Graph>
   void examine_vertex(Vertex v, const Graph&) const {
     if ((*distance)[v] > radius) throw Beyond();
+  }
+  template <class Edge, class Graph>
+  void edge_relaxed(Edge e, const Graph& graph) const {
+    touched->push_back(target(e, graph));
   }
 };
 
 void boost_ball(benchmark::State& state) {
   using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property,
                                                    boost::property<boost::edge_weight_t, double>>;
-  const auto& mesh = ball();
+  const auto& mesh = surface(state.range(0));
   const auto rows = vertex_neighbours(mesh);
+  const std::size_t n = mesh.vertices.size();
   std::vector<std::pair<std::size_t, std::size_t>> edges;
   std::vector<double> lengths;
-  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v)
+  for (int v = 0; v < static_cast<int>(n); ++v)
     for (int i = rows.start[v]; i < rows.start[v + 1]; ++i) {
       edges.emplace_back(v, rows.items[i]);
       lengths.push_back((mesh.vertices[v] - mesh.vertices[rows.items[i]]).norm());
     }
-  const Graph graph(boost::edges_are_sorted, edges.begin(), edges.end(), lengths.begin(),
-                    mesh.vertices.size());
-  std::vector<double> distance(mesh.vertices.size());
+  const Graph graph(boost::edges_are_sorted, edges.begin(), edges.end(), lengths.begin(), n);
+  const double far = std::numeric_limits<double>::infinity();
+  std::vector<double> distance(n, far);
+  std::vector<std::size_t> touched;
+  Bound bound;
+  bound.radius = radius_m(state);
+  bound.distance = &distance;
+  bound.touched = &touched;
+  const auto sources = some_sources(mesh);
   for (auto _ : state)
-    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-      Bound bound;
-      bound.radius = radius_m(state);
-      bound.distance = &distance;
+    for (int v : sources) {
+      touched.assign(1, static_cast<std::size_t>(v));
+      distance[v] = 0;
       try {
-        boost::dijkstra_shortest_paths(graph, v, boost::distance_map(distance.data()).visitor(bound));
+        boost::dijkstra_shortest_paths_no_color_map_no_init(
+            graph, static_cast<std::size_t>(v), boost::dummy_property_map(), distance.data(),
+            get(boost::edge_weight, graph), get(boost::vertex_index, graph), std::less<>(), std::plus<>(),
+            far, 0.0, bound);
       } catch (const Beyond&) {  // the ball is complete
       }
       benchmark::DoNotOptimize(distance.data());
+      for (std::size_t w : touched) distance[w] = far;
     }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(mesh.vertices.size()));
+  count_items(state, sources.size());
 }
 
-BENCHMARK_CAPTURE(all_fields, hop, topology::Metric::hop)->Arg(10)->Arg(25)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(all_fields, dijkstra, topology::Metric::dijkstra)
-    ->Arg(10)
-    ->Arg(25)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK(boost_ball)->Arg(10)->Arg(25)->Unit(benchmark::kMillisecond);
+void sizes(benchmark::internal::Benchmark* bench) {
+  bench->Args({20, 10})->Args({20, 25})->Args({80, 10})->Args({80, 25})->Unit(benchmark::kMillisecond);
+}
+void small_sizes(benchmark::internal::Benchmark* bench) {
+  bench->Args({20, 10})->Args({20, 25})->Unit(benchmark::kMillisecond);
+}
+BENCHMARK(boost_ball)->Apply(sizes);
+BENCHMARK_CAPTURE(plain, hop, Metric::hop)->Apply(sizes);
+BENCHMARK_CAPTURE(lanes, hop, Metric::hop, 1, true, 1)->Apply(sizes);
+BENCHMARK_CAPTURE(lanes, dijkstra, Metric::dijkstra, 1, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, hop_sums, Metric::hop, 1, false, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, hop_sums_ten_radii, Metric::hop, 10, false, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, hop_ten_radii, Metric::hop, 10, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, hop_two_threads, Metric::hop, 1, true, 2)
+    ->Apply(small_sizes)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace geocage

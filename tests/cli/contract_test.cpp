@@ -1,4 +1,5 @@
 // Sentences of docs/architecture.md, section 4, that need no flow to run.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -30,6 +31,26 @@ class Contract : public testing::Test {
   ScratchFolder folder_;
 };
 
+TEST_F(Contract, HandsCheckTellsWhatAHandNeeds) {
+  const Ended ready = geocage({"hands", "check", "barrett_bh280", "--json"});
+  EXPECT_EQ(ready.code, 0) << ready.err;
+  EXPECT_TRUE(json::parse(ready.out)["problems"].empty());
+  const std::string joint =
+      "<joint name='bend' type='revolute'><parent link='a'/><child link='b'/><axis xyz='0 1 0'/>"
+      "<limit lower='0' upper='1' velocity='1' effort='1'/></joint>";
+  const std::string urdf =
+      write("my.urdf", "<robot name='my'><link name='a'/><link name='b'/>" + joint + "</robot>");
+  const Ended bare = geocage({"hands", "check", urdf, "--json"});
+  EXPECT_EQ(bare.code, 2) << bare.err;
+  const json answer = json::parse(bare.out);
+  EXPECT_NE(answer["problems"][0].get<std::string>().find("no hand.toml"), std::string::npos);
+  const std::string draft = answer["draft"];
+  EXPECT_NE(draft.find("joints = [\"bend\"]"), std::string::npos) << draft;
+  write("hand.toml", draft);
+  EXPECT_EQ(geocage({"hands", "check", urdf}).code, 0) << "the draft loads; its guesses happen to fit";
+  EXPECT_EQ(geocage({"hands", "check", "no_such_hand"}).code, 2);
+}
+
 TEST_F(Contract, HelpNamesEveryCommandAndTheExitCodes) {
   const Ended help = geocage({"--help"});
   EXPECT_EQ(help.code, 0);
@@ -50,7 +71,7 @@ TEST_F(Contract, UsageMistakesAreCode2) {
 TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
   const Ended stages = geocage({"stages", "--json"});
   const json list = json::parse(stages.out)["stages"];
-  EXPECT_EQ(list.size(), 12u);
+  EXPECT_EQ(list.size(), 13u);
   for (const auto& stage : list) {
     const Ended params = geocage({"params", stage["stage"], "--json"});
     EXPECT_EQ(params.code, 0);
@@ -64,9 +85,12 @@ TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
 
 TEST_F(Contract, HandsAreListed) {
   const json hands = json::parse(geocage({"hands", "--json"}).out)["hands"];
-  ASSERT_FALSE(hands.empty());
-  EXPECT_EQ(hands[0]["hand"], "schunk_sdh");
-  EXPECT_EQ(hands[0]["ball_radius_m"], 0.06);
+  const auto sdh =
+      std::find_if(hands.begin(), hands.end(), [](const json& hand) { return hand["hand"] == "schunk_sdh"; });
+  ASSERT_NE(sdh, hands.end());
+  EXPECT_EQ((*sdh)["ball_radius_m"], 0.06);
+  EXPECT_EQ((*sdh)["joints"], 8);
+  EXPECT_EQ((*sdh)["dofs"], 7);
 }
 
 TEST_F(Contract, DatasetsAreListedAndUnknownOnesAreCode2) {
@@ -118,6 +142,37 @@ TEST_F(Contract, ScoreOfAWholeSurfaceIsGaussBonnet) {
     EXPECT_EQ(cells[6], "288");
     EXPECT_EQ(cells[8], "0");
   }
+}
+
+// Half a step more than one mean edge holds a vertex and its neighbours; 1.5 x the mean edge in metres is
+// what any other length of a hop would miss.
+TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
+  auto shape = datasets::icosphere(0.05, 3);
+  for (auto& p : shape.vertices) p.z() *= 1.7;  // edges of many lengths
+  const auto mesh = write("egg.ply", shape);
+  const auto neighbours = geometry::vertex_neighbours(shape);
+  const double edge = geometry::mean_edge_m(shape);
+  for (const auto& [radius, rings] : {std::pair{0.99 * edge, 0}, std::pair{1.01 * edge, 1}}) {
+    const Ended scored = geocage({"score", mesh, "--radius-m", std::to_string(radius)});
+    ASSERT_EQ(scored.code, 0) << scored.err;
+    std::istringstream csv(scored.out);
+    std::string line;
+    std::getline(csv, line);
+    for (int v = 0; std::getline(csv, line); ++v) {
+      std::istringstream row(line);
+      std::string cell;
+      for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
+      ASSERT_EQ(std::stoi(cell), 1 + rings * neighbours.size(v)) << v;
+    }
+  }
+}
+
+TEST_F(Contract, ScoreOfAnOpenMeshIsCode3) {
+  const Ended open =
+      geocage({"score", write("tube.ply", datasets::open_tube(0.03, 0.1, 24, 8)), "--radius-m", "0.03"});
+  EXPECT_EQ(open.code, 3);
+  EXPECT_NE(open.err.find("closed manifold"), std::string::npos) << open.err;
+  EXPECT_EQ(open.out, "");
 }
 
 TEST_F(Contract, UnitsOverrideTheGuard) {

@@ -13,7 +13,7 @@
 #include "pipeline/error.h"
 #include "reports/results.h"
 #include "tests/reports/html_check.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::reports {
 namespace {
@@ -52,6 +52,7 @@ class Report : public testing::Test {
     for (auto* column : {&scores.ball.ball_vertices, &scores.ball.ball_triangles, &scores.ball.euler})
       column->assign(n, 1);
     scores.ball.ball_area_m2.assign(n, 1e-4);
+    scores.ball.accumulated_angle_rad = scores.ball.winding_angle_rad;
     for (auto* column : {&scores.ball.center, &scores.ball.axis}) column->assign(n, geometry::Vec3::Zero());
     scores.ball.radius_m = 0.02;
     topology::Candidate best;

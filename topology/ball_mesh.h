@@ -1,0 +1,55 @@
+#pragma once
+#include <array>
+#include <vector>
+
+#include "geometry/mesh.h"
+
+namespace geocage::topology {
+
+/// One step around a vertex: a neighbour, the half-edge to it (-1: none), and the area of the triangle
+/// between it and the next one (0: there is none).
+struct Link {
+  int neighbour, half_edge;
+  double area_m2;
+};
+
+/// A mesh laid out for searches around all of its vertices: vertices in the order of a Hilbert curve, so that
+/// what lies near on the surface lies near in memory. Vertices go by their rank in that order.
+struct BallMesh {
+  int count = 0;              ///< vertices; as a neighbour, `count` is a gap in the ring of a border vertex
+  std::vector<int> original;  ///< rank -> vertex of the mesh
+  struct alignas(32) Point {
+    double x, y, z, defect_rad;
+  };
+  std::vector<Point> points;
+  std::vector<int> link_start;  ///< count + 1
+  std::vector<Link> links;      ///< around each vertex, counter-clockwise from outside; cyclic
+
+  /// The side from corner i to corner i + 1 of triangle f is half-edge 3 f + i. `exits` are the half-edges on
+  /// the other side of the next and of the second next side of its triangle, or -1 at a border.
+  struct HalfEdge {
+    int opposite, exits[2], from;
+  };
+  std::vector<HalfEdge> half_edges;
+  std::vector<int> outgoing_start, outgoing;  ///< half-edges that leave each vertex
+  double mean_edge_m = 0, longest_edge_m = 0;
+
+  /// Precondition: edges are manifold and oriented alike. O(V log V).
+  explicit BallMesh(const geometry::TriangleMesh& mesh);
+
+  geometry::Vec3 position(int rank) const { return {points[rank].x, points[rank].y, points[rank].z}; }
+  int twin(int half_edge) const { return half_edges[after(half_edge)].exits[1]; }
+
+  int to(int half_edge) const { return half_edges[after(half_edge)].from; }
+
+ private:
+  static int after(int half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
+  static int before(int half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
+  void order_vertices(const geometry::TriangleMesh& mesh);
+  void order_triangles(const geometry::TriangleMesh& mesh);
+  void join_half_edges();
+  void link_vertices();
+  double area_m2(int half_edge) const;
+};
+
+}  // namespace geocage::topology

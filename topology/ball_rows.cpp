@@ -1,0 +1,297 @@
+#include "topology/ball_rows.h"
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+
+// One pass of this file for each instruction set: plain code, SSE 4, AVX2, AVX-512.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "topology/ball_rows.cpp"
+#include <hwy/foreach_target.h>
+//
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace geocage::topology {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// A row of 128 bytes in registers, and what it takes to bring a neighbour's row over.
+template <class Lane>
+struct Row {
+  using Tag = hn::ScalableTag<Lane>;
+  static constexpr int in_row = 128 / static_cast<int>(sizeof(Lane));
+  static constexpr int width = static_cast<int>(hn::MaxLanes(Tag()));
+  static constexpr int vectors = in_row / width;
+  static constexpr Lane far = sizeof(Lane) == 1 ? Lane{255} : static_cast<Lane>(0x80000000u);
+};
+
+/// Row i gets the least of itself and its neighbours near[first .. last) one edge farther; true if it
+/// changed. `fresh`: it holds nothing yet.
+template <class Lane, bool fresh = false>
+HWY_INLINE bool relax(const RegionView& region, Lane* rows, int i, int first, int last) {
+  using R = Row<Lane>;
+  const typename R::Tag d;
+  hn::Vec<typename R::Tag> least[R::vectors];
+  for (int k = 0; k < R::vectors; ++k) least[k] = hn::Set(d, R::far);
+  for (int n = first; n < last; ++n) {
+    const Lane* from = rows + static_cast<std::ptrdiff_t>(region.near[n]) * R::in_row;
+    if constexpr (sizeof(Lane) == 1) {
+      for (int k = 0; k < R::vectors; ++k) least[k] = hn::Min(least[k], hn::Load(d, from + k * R::width));
+    } else {
+      const auto weight = hn::Set(d, region.weight[n]);
+      for (int k = 0; k < R::vectors; ++k)
+        least[k] = hn::Min(least[k], hn::Add(hn::Load(d, from + k * R::width), weight));
+    }
+  }
+  Lane* to = rows + static_cast<std::ptrdiff_t>(i) * R::in_row;
+  bool same = true;
+  for (int k = 0; k < R::vectors; ++k) {
+    if constexpr (sizeof(Lane) == 1) least[k] = hn::SaturatedAdd(least[k], hn::Set(d, Lane{1}));
+    if constexpr (!fresh) {
+      const auto old = hn::Load(d, to + k * R::width);
+      least[k] = hn::Min(least[k], old);
+      same &= hn::AllTrue(d, hn::Eq(least[k], old));
+    }
+    hn::Store(least[k], d, to + k * R::width);
+  }
+  return fresh || !same;
+}
+
+HWY_INLINE void mark(const RegionView& region, std::uint8_t* dirty, int first, int last) {
+  for (int n = first; n < last; ++n) dirty[region.near[n]] = 1;
+}
+
+/// Relaxes what is dirty, upwards and downwards in turn, until nothing is.
+template <class Lane>
+void settle(const RegionView& region, Lane* rows, std::uint8_t* dirty) {
+  const auto look = [&](int i) {
+    if (!dirty[i]) return false;
+    dirty[i] = 0;
+    if (relax(region, rows, i, region.start[i], region.start[i + 1]))
+      mark(region, dirty, region.start[i], region.start[i + 1]);
+    return true;
+  };
+  for (bool any = true; any;) {
+    any = false;
+    for (int i = 0; i < region.size; ++i) any |= look(i);
+    for (int i = region.size - 1; any && i >= 0; --i) look(i);
+  }
+}
+
+/// Rows of the patch among themselves (the first ring), from zeros at each lane's own source.
+template <class Lane>
+void start_rows(const RegionView& region, int first, int count, Lane* rows, std::uint8_t* dirty) {
+  constexpr int in_row = Row<Lane>::in_row;
+  for (int i = 0; i < region.patch * in_row; ++i) rows[i] = Row<Lane>::far;
+  for (int l = 0; l < count; ++l) rows[static_cast<std::ptrdiff_t>(first + l) * in_row + l] = 0;
+  for (bool any = true; any;) {
+    any = false;
+    for (int i = 0; i < region.patch; ++i) any |= relax(region, rows, i, region.start[i], region.middle[i]);
+    for (int i = region.patch - 1; i >= 0; --i)
+      any |= relax(region, rows, i, region.middle[i], region.outer[i]);
+  }
+  std::memset(dirty, 0, static_cast<std::size_t>(region.size));
+}
+
+/// Ring by ring outwards: from before, then from behind within the ring. Then once inwards over all, and the
+/// rest where something moved. Ends at the one fixed point of row(i) = min(row(i), edge + row of neighbours).
+template <class Lane>
+void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::uint8_t* dirty) {
+  start_rows(region, first, count, rows, dirty);
+  for (int ring = 1; ring < region.rings; ++ring) {
+    const int begin = region.ring_start[ring], end = region.ring_start[ring + 1];
+    for (int i = begin; i < end; ++i) relax<Lane, true>(region, rows, i, region.start[i], region.middle[i]);
+    for (int i = end - 1; i >= begin; --i)
+      if (relax(region, rows, i, region.middle[i], region.outer[i]))
+        mark(region, dirty, region.middle[i], region.outer[i]);
+  }
+  for (int i = region.size - 1; i >= 0; --i)
+    if (relax(region, rows, i, region.middle[i], region.start[i + 1]))
+      mark(region, dirty, region.middle[i], region.start[i + 1]);
+  settle(region, rows, dirty);
+}
+
+void HopRows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty) {
+  fill_rows(region, 0, region.patch, rows, dirty);
+}
+
+void LengthRows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty) {
+  const int left = region.patch - first;
+  fill_rows(region, first, left < length_lanes ? left : length_lanes, rows, dirty);
+}
+
+void HopMasks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks) {
+  using R = Row<std::uint8_t>;
+  const R::Tag d;
+  const auto most = hn::Set(d, static_cast<std::uint8_t>(limit));
+  auto* bytes = reinterpret_cast<std::uint8_t*>(masks);
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    if constexpr (R::width < 8) std::memset(bytes + i * (lanes / 8), 0, lanes / 8);
+    for (int k = 0; k < R::vectors; ++k) {
+      const auto row = hn::Load(d, rows + i * lanes + k * R::width);
+      const auto within = hn::Eq(hn::Min(row, most), row);
+      if constexpr (R::width >= 8)
+        hn::StoreMaskBits(d, within, bytes + i * (lanes / 8) + k * (R::width / 8));
+      else if (hn::AllTrue(d, within))
+        bytes[i * (lanes / 8) + k / 8] |= static_cast<std::uint8_t>(1 << (k % 8));
+    }
+  }
+}
+
+std::uint32_t LengthMasks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack,
+                          int word, std::uint64_t* masks) {
+  using R = Row<std::uint32_t>;
+  const R::Tag d;
+  const auto most = hn::Set(d, limit), low = hn::Set(d, limit - slack), high = hn::Set(d, limit + slack);
+  const auto within = [&](hn::Vec<R::Tag> row, hn::Vec<R::Tag> bound) {
+    return hn::Eq(hn::Min(row, bound), row);
+  };
+  auto* bytes = reinterpret_cast<std::uint8_t*>(masks);
+  std::uint32_t close = 0;
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    std::uint32_t bits = 0;
+    for (int k = 0; k < R::vectors; ++k) {
+      const auto row = hn::Load(d, rows + i * R::in_row + k * R::width);
+      std::uint8_t some[8] = {};
+      hn::StoreMaskBits(d, within(row, most), some);
+      std::uint32_t part = 0;
+      std::memcpy(&part, some, sizeof(part));
+      bits |= part << (k * R::width);
+      const auto near = hn::AndNot(within(row, low), within(row, high));
+      if (hn::AllFalse(d, near)) continue;
+      hn::StoreMaskBits(d, near, some);
+      std::memcpy(&part, some, sizeof(part));
+      close |= part << (k * R::width);
+    }
+    std::memcpy(bytes + i * (lanes / 8) + word * 4, &bits, sizeof(bits));
+  }
+  return close;
+}
+
+using Doubles = hn::CappedTag<double, sum_slots>;
+constexpr int double_width = static_cast<int>(hn::MaxLanes(Doubles()));
+
+/// What a vertex adds to the sums.
+HWY_INLINE void own_row(const SumInput& input, int i, double* row) {
+  const double* p = input.points + 4 * static_cast<std::ptrdiff_t>(input.order[i]);
+  const double x = p[0] - input.origin[0], y = p[1] - input.origin[1], z = p[2] - input.origin[2];
+  row[slot_count] = 1;
+  row[slot_x] = x;
+  row[slot_y] = y;
+  row[slot_z] = z;
+  row[slot_defect] = p[3];
+  row[slot_xx] = x * x;
+  row[slot_xy] = x * y;
+  row[slot_xz] = x * z;
+  row[slot_yy] = y * y;
+  row[slot_yz] = y * z;
+  row[slot_zz] = z * z;
+  row[slot_area] = input.own[i].area_m2;
+  row[slot_triangles] = input.own[i].triangles;
+  row[slot_euler] = input.own[i].euler;
+  row[14] = row[15] = 0;
+}
+
+/// sums[l] -= prefix where a run begins, += prefix where one has ended, for the lanes in `changed`.
+HWY_INLINE void turn_lanes(std::uint64_t changed, std::uint64_t begins, const double* prefix, double* sums) {
+  const Doubles d;
+  for (; changed; changed &= changed - 1) {
+    const int l = std::countr_zero(changed);
+    double* sum = sums + static_cast<std::ptrdiff_t>(l) * sum_slots;
+    const auto sign = hn::Set(d, (begins >> l) & 1 ? -0.0 : 0.0);
+    for (int k = 0; k < sum_slots; k += double_width)
+      hn::Store(hn::Add(hn::Load(d, sum + k), hn::Xor(hn::Load(d, prefix + k), sign)), d, sum + k);
+  }
+}
+
+void LaneSums(const SumInput& input, int radii, const std::uint64_t* const* masks, double* sums) {
+  constexpr int chunk = 32;
+  const Doubles d;
+  std::memset(sums, 0, sizeof(double) * static_cast<std::size_t>(radii) * lanes * sum_slots);
+  alignas(128) double rows[chunk * sum_slots], prefix[sum_slots] = {};
+  for (int begin = 0; begin < input.size; begin += chunk) {
+    const int count = input.size - begin < chunk ? input.size - begin : chunk;
+    for (int c = 0; c < count; ++c) own_row(input, begin + c, rows + c * sum_slots);
+    for (int k = 0; k < sum_slots; k += double_width) {
+      auto sum = hn::Load(d, prefix + k);
+      for (int c = 0; c < count; ++c) {
+        const auto own = hn::Load(d, rows + c * sum_slots + k);
+        hn::Store(sum, d, rows + c * sum_slots + k);
+        sum = hn::Add(sum, own);
+      }
+      hn::Store(sum, d, prefix + k);
+    }
+    for (int q = 0; q < radii; ++q)
+      for (int c = 0; c < count; ++c) {
+        const std::uint64_t* mask = masks[q] + static_cast<std::ptrdiff_t>(begin + c) * mask_words;
+        for (int w = 0; w < mask_words; ++w) {
+          const std::uint64_t before = begin + c > 0 ? mask[w - mask_words] : 0;
+          if (mask[w] != before)
+            turn_lanes(mask[w] ^ before, mask[w], rows + c * sum_slots,
+                       sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
+        }
+      }
+  }
+  for (int q = 0; q < radii && input.size > 0; ++q)
+    for (int w = 0; w < mask_words; ++w)
+      turn_lanes(masks[q][static_cast<std::ptrdiff_t>(input.size - 1) * mask_words + w], 0, prefix,
+                 sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace geocage::topology
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace geocage::topology {
+
+HWY_EXPORT(HopRows);
+HWY_EXPORT(LengthRows);
+HWY_EXPORT(HopMasks);
+HWY_EXPORT(LengthMasks);
+HWY_EXPORT(LaneSums);
+
+void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty) {
+  HWY_DYNAMIC_DISPATCH(HopRows)(region, rows, dirty);
+}
+
+void length_rows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty) {
+  HWY_DYNAMIC_DISPATCH(LengthRows)(region, first, rows, dirty);
+}
+
+void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks) {
+  HWY_DYNAMIC_DISPATCH(HopMasks)(rows, size, limit, masks);
+}
+
+std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack,
+                           int word, std::uint64_t* masks) {
+  return HWY_DYNAMIC_DISPATCH(LengthMasks)(rows, size, limit, slack, word, masks);
+}
+
+void lane_sums(const SumInput& input, int radii, const std::uint64_t* const* masks, double* sums) {
+  HWY_DYNAMIC_DISPATCH(LaneSums)(input, radii, masks, sums);
+}
+
+int instruction_sets(const char** names, int most) {
+  int count = 0;
+  hwy::SetSupportedTargetsForTest(0);
+  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0 && count < most; left &= left - 1)
+    names[count++] = hwy::TargetName(left & -left);
+  return count;
+}
+
+void force_instruction_set(const char* name) {
+  hwy::SetSupportedTargetsForTest(0);
+  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1)
+    if (std::strcmp(name, hwy::TargetName(left & -left)) == 0) {
+      hwy::SetSupportedTargetsForTest(left & -left);
+      break;
+    }
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+}  // namespace geocage::topology
+#endif

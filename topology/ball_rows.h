@@ -1,0 +1,77 @@
+#pragma once
+#include <cstdint>
+
+// Lane-parallel kernels over the region of a patch: vector code, compiled for several instruction sets and
+// chosen at run time (Highway). Plain pointers only, so that nothing else is compiled differently. Every
+// instruction set gives the same bytes: whole numbers, and doubles added in the same order.
+
+namespace geocage::topology {
+
+constexpr int lanes = 128;        ///< sources of a patch; one row of 128 bytes holds a byte for each
+constexpr int length_lanes = 32;  ///< lanes of a row of 32-bit lengths
+constexpr int sum_slots = 16;     ///< doubles of a row of sums
+constexpr int mask_words = lanes / 64;
+
+/// Which sum stands where in a row; moments about the origin that the kernel is given.
+enum Slot {
+  slot_count,
+  slot_x,
+  slot_y,
+  slot_z,
+  slot_defect,
+  slot_xx,
+  slot_xy,
+  slot_xz,
+  slot_yy,
+  slot_yz,
+  slot_zz,
+  slot_area,
+  slot_triangles,
+  slot_euler
+};
+
+/// Area and number of the triangles whose last corner is a vertex, and 1 - edges + triangles that end there.
+struct OwnCells {
+  double area_m2;
+  int triangles, euler;
+};
+
+/// A region's vertices 0 .. size - 1; the first `patch` are the sources. Neighbours of i in `near`:
+/// [start, middle) come before i, [middle, outer) after i in the same ring, [outer, next start) in later
+/// rings.
+struct RegionView {
+  int size, patch, rings;
+  const int *ring_start, *start, *middle, *outer, *near;
+  const std::uint32_t* weight;  ///< of each entry of `near`, for rows of lengths
+};
+
+/// rows[128 i + l] = edges between source l and vertex i, at least up to 254; 255 is farther. Exact where the
+/// shortest path stays in the region. `dirty`: size bytes of scratch. All pointers to rows aligned to 128.
+void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty);
+/// The same for lengths of up to 32 sources from `first` on; far is 2^31.
+void length_rows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty);
+
+/// Bit l of masks[2 i ..] says whether row i has a value <= limit at lane l.
+void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks);
+/// Bits of 32 lanes, into word `word` of each mask of four 32-bit words. `close`: the lanes where any value
+/// lies in (limit - slack, limit + slack].
+std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t limit, std::uint32_t slack,
+                           int word, std::uint64_t* masks);
+
+struct SumInput {
+  int size;
+  const int* order;      ///< vertex -> point
+  const double* points;  ///< x, y, z, defect of each point
+  const OwnCells* own;
+  double origin[3];
+};
+/// Sums over the vertices of each lane's mask, for `radii` sets of masks: sums[q][l] is a row of `sum_slots`.
+/// Abel's way: prefix sums over the order, taken where runs of a mask begin and end.
+void lane_sums(const SumInput& input, int radii, const std::uint64_t* const* masks, double* sums);
+
+/// Names of the instruction sets that this machine has, best first, and a way to force one of them in tests
+/// ("" gives the choice back).
+int instruction_sets(const char** names, int most);
+void force_instruction_set(const char* name);
+
+}  // namespace geocage::topology

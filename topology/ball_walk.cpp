@@ -1,0 +1,368 @@
+#include "topology/ball_walk.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <unordered_set>
+
+#include "topology/section.h"
+
+namespace geocage::topology {
+
+using geometry::Vec3;
+
+namespace {
+
+constexpr int together = 8;            // walks at a time
+constexpr double rounding = 1 + 1e-9;  // a piece as near as this is looked at again
+constexpr double outermost =
+    0.5773502692;  // no point of a triangle is farther from its corners, per longest side
+
+std::uint64_t crossing(int above, int below) {
+  return static_cast<std::uint64_t>(above) << 32 | static_cast<std::uint32_t>(below);
+}
+
+double square(double x) {
+  return x * x;
+}
+
+}  // namespace
+
+VertexGrid::VertexGrid(const BallMesh& mesh) {
+  double high[3];
+  for (int i = 0; i < 3; ++i) low_[i] = high[i] = mesh.position(0)[i];
+  for (int v = 0; v < mesh.count; ++v)
+    for (int i = 0; i < 3; ++i) {
+      low_[i] = std::min(low_[i], mesh.position(v)[i]);
+      high[i] = std::max(high[i], mesh.position(v)[i]);
+    }
+  double side = std::max(2 * mesh.mean_edge_m, 1e-300);
+  for (;; side *= 1.25) {
+    double total = 1;
+    for (int i = 0; i < 3; ++i) total *= std::floor((high[i] - low_[i]) / side) + 1;
+    if (total > 4.0 * mesh.count) continue;
+    for (int i = 0; i < 3; ++i) cells_[i] = static_cast<int>((high[i] - low_[i]) / side) + 1;
+    break;
+  }
+  per_m_ = 1 / side;
+  start_.assign(static_cast<std::size_t>(cells_[0]) * cells_[1] * cells_[2] + 1, 0);
+  std::vector<int> cell_of(static_cast<std::size_t>(mesh.count));
+  for (int v = 0; v < mesh.count; ++v) {
+    const Vec3 p = mesh.position(v);
+    cell_of[v] = (cell(2, p.z()) * cells_[1] + cell(1, p.y())) * cells_[0] + cell(0, p.x());
+    ++start_[cell_of[v] + 1];
+  }
+  std::partial_sum(start_.begin(), start_.end(), start_.begin());
+  items_.resize(static_cast<std::size_t>(mesh.count));
+  std::vector<int> next(start_.begin(), start_.end() - 1);
+  for (int v = 0; v < mesh.count; ++v) items_[next[cell_of[v]]++] = v;
+}
+
+SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& axis, const Vec3& source) {
+  Vec3 u = axis.cross(Vec3::Unit(std::abs(axis.x()) < 0.6 ? 0 : 1));
+  u /= std::sqrt(u.squaredNorm());
+  const Vec3 v = axis.cross(u);
+  Plane plane;
+  for (int i = 0; i < 3; ++i) {
+    plane.axis[i] = axis[i];
+    plane.u[i] = u[i];
+    plane.v[i] = v[i];
+    plane.center[i] = center[i];
+    plane.source[i] = source[i];
+  }
+  plane.offset = plane_offset(axis, center);
+  return plane;
+}
+
+inline double SectionWalker::height(const Plane& plane, int vertex) const {
+  return plane_height(plane.axis, plane.offset, &mesh_.points[vertex].x);
+}
+
+inline double SectionWalker::along_v(const Plane& plane, int vertex) const {
+  const BallMesh::Point& p = mesh_.points[vertex];
+  return plane.v[0] * (p.x - plane.center[0]) + plane.v[1] * (p.y - plane.center[1]) +
+         plane.v[2] * (p.z - plane.center[2]);
+}
+
+/// Of the cut point on an edge, times the same positive number as Tip::v.
+double SectionWalker::along_u(const Plane& plane, const int* ends, const End* places) const {
+  double u[2];
+  for (int i = 0; i < 2; ++i) {
+    const BallMesh::Point& p = mesh_.points[ends[i]];
+    u[i] = plane.u[0] * (p.x - plane.center[0]) + plane.u[1] * (p.y - plane.center[1]) +
+           plane.u[2] * (p.z - plane.center[2]);
+  }
+  return places[0].height * u[1] - places[1].height * u[0];
+}
+
+/// From the source to where the plane cuts an edge.
+double SectionWalker::point_distance2(const Plane& plane, Crossing edge) const {
+  const int above = static_cast<int>(edge >> 32), below = static_cast<int>(edge & 0xffffffff);
+  const double *p = &mesh_.points[above].x, *q = &mesh_.points[below].x;
+  const double h = height(plane, above), g = height(plane, below), s = 1 / (h - g);
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) sum += square((h * q[i] - g * p[i]) * s - plane.source[i]);
+  return sum;
+}
+
+/// From the source to the piece of the plane in the triangle a b c, where the plane crosses the edge a b.
+double SectionWalker::segment_distance2(const Plane& plane, int a, int b, int c) const {
+  const auto cut = [&](int from, int to) {
+    const double h = height(plane, from), g = height(plane, to);
+    return Vec3((h * mesh_.position(to) - g * mesh_.position(from)) / (h - g));
+  };
+  const Vec3 first = cut(a, b), second = crosses(plane, a, c) ? cut(a, c) : cut(b, c);
+  const Vec3 along = second - first, to = Vec3(plane.source[0], plane.source[1], plane.source[2]) - first;
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0 ? std::clamp(to.dot(along) / length2, 0.0, 1.0) : 0;
+  return (t * along - to).squaredNorm();
+}
+
+bool SectionWalker::bounds_triangle(const LaneBall& ball, int half_edge) const {
+  if (ball.has(mesh_.half_edges[half_edge].opposite)) return true;
+  const int twin = mesh_.twin(half_edge);
+  return twin >= 0 && ball.has(mesh_.half_edges[twin].opposite);
+}
+
+/// From the source step by step to a neighbour nearer to the plane, until an edge of a triangle of the ball
+/// crosses it; that edge as a half-edge, or -1 where there is no way down.
+int SectionWalker::first_crossing(const LaneBall& ball, const Plane& plane, int source) const {
+  int at = source;
+  double here = height(plane, at);
+  for (;;) {
+    int found = -1, lower = -1;
+    double least = std::numeric_limits<double>::infinity(), low = std::abs(here);
+    for (int i = mesh_.link_start[at]; i < mesh_.link_start[at + 1]; ++i) {
+      const Link& link = mesh_.links[i];
+      if (!ball.has(link.neighbour)) continue;
+      const double other = height(plane, link.neighbour);
+      if ((other >= 0) != (here >= 0)) {
+        if (link.half_edge < 0 || !bounds_triangle(ball, link.half_edge)) continue;
+        const double d =
+            point_distance2(plane, here >= 0 ? crossing(at, link.neighbour) : crossing(link.neighbour, at));
+        if (d >= least) continue;
+        least = d;
+        found = link.half_edge;
+      } else if (std::abs(other) < low) {
+        low = std::abs(other);
+        lower = link.neighbour;
+      }
+    }
+    if (found >= 0 || lower < 0) return found;
+    at = lower;
+    here = here >= 0 ? low : -low;
+  }
+}
+
+SectionWalker::Tip SectionWalker::tip_at(const Plane& plane, int half_edge) const {
+  Tip tip;
+  tip.half_edge = tip.home = half_edge;
+  const int from = mesh_.half_edges[half_edge].from, to = mesh_.to(half_edge);
+  tip.from_above = height(plane, from) >= 0;
+  tip.ends[0] = tip.from_above ? from : to;
+  tip.ends[1] = tip.from_above ? to : from;
+  for (int i = 0; i < 2; ++i) tip.places[i] = {height(plane, tip.ends[i]), along_v(plane, tip.ends[i])};
+  tip.v = tip.places[0].height * tip.places[1].v - tip.places[1].height * tip.places[0].v;
+  return tip;
+}
+
+/// The same edge entered from the other side.
+SectionWalker::Tip SectionWalker::turned(const Tip& tip) const {
+  Tip other = tip;
+  other.half_edge = mesh_.twin(tip.half_edge);
+  other.home = -2;
+  other.from_above = !tip.from_above;
+  return other;
+}
+
+/// Through the next triangle; false where that is not in the ball, or the walk has come home. Which way it
+/// leaves is a toss-up, so that nothing branches on it.
+inline bool SectionWalker::advance(const LaneBall& ball, const Plane& plane, Tip& tip) const {
+  if (tip.half_edge < 0) return false;
+  const BallMesh::HalfEdge& h = mesh_.half_edges[tip.half_edge];
+  if (!ball.has(h.opposite)) return false;
+  const double up = height(plane, h.opposite);
+  const int side = up >= 0 ? 0 : 1;
+  const int old_end = tip.ends[side];
+  const End old_place = tip.places[side];
+  tip.ends[side] = h.opposite;
+  tip.places[side] = {up, along_v(plane, h.opposite)};
+  tip.half_edge = h.exits[side ^ static_cast<int>(!tip.from_above)];
+  const double v = tip.places[0].height * tip.places[1].v - tip.places[1].height * tip.places[0].v;
+  if ((v >= 0) != (tip.v >= 0)) {
+    const double u = along_u(plane, tip.ends, tip.places);
+    int ends[2] = {tip.ends[0], tip.ends[1]};
+    End places[2] = {tip.places[0], tip.places[1]};
+    ends[side] = old_end;
+    places[side] = old_place;
+    const double cross = along_u(plane, ends, places) * v - u * tip.v;
+    if (v < 0 && cross > 0) ++tip.turns;
+    if (v >= 0 && cross < 0) --tip.turns;
+  }
+  tip.v = v;
+  if (tip.noted < most_noted) tip.notes[tip.noted++] = crossing(tip.ends[0], tip.ends[1]);
+  tip.closed = tip.half_edge == tip.home;
+  return !tip.closed;
+}
+
+/// All walks that wait, to their ends; backwards round a ring only as far as notes are taken.
+void SectionWalker::walk_together(const std::vector<CutTask>& tasks, Tip Walk::*which) {
+  std::array<int, together> active;
+  std::size_t next = 0;
+  int count = 0;
+  while (count < together && next < waiting_.size()) active[count++] = waiting_[next++];
+  while (count > 0)
+    for (int i = 0; i < count; ++i) {
+      Walk& walk = walks_[active[i]];
+      Tip& tip = walk.*which;
+      const bool known = which == &Walk::behind && walk.ahead.closed && tip.noted == most_noted;
+      if (!known && advance(tasks[active[i]].ball, walk.plane, tip)) continue;
+      if (next < waiting_.size())
+        active[i] = waiting_[next++];
+      else
+        active[i--] = active[--count];
+    }
+}
+
+void SectionWalker::take_angles(const Walk& walk, CutTask& task) const {
+  if (walk.ahead.closed) {
+    task.winding_rad = 2 * M_PI;
+    task.accumulated_rad = std::abs(2 * M_PI * walk.ahead.turns);
+    return;
+  }
+  const auto direction = [&](const Tip& tip) {
+    return std::atan2(tip.v + 0.0, along_u(walk.plane, tip.ends, tip.places));
+  };
+  task.accumulated_rad = std::abs(direction(walk.ahead) - direction(walk.behind) +
+                                  2 * M_PI * (walk.ahead.turns - walk.behind.turns));
+  task.winding_rad = std::clamp(task.accumulated_rad, M_PI, 2 * M_PI);
+}
+
+/// How near the walk comes to the source, as far as its first steps go nearer: a bound from above.
+double SectionWalker::nearest_noted2(const Walk& walk) const {
+  const int from = mesh_.half_edges[walk.start].from, to = mesh_.to(walk.start);
+  const double first =
+      point_distance2(walk.plane, height(walk.plane, from) >= 0 ? crossing(from, to) : crossing(to, from));
+  double nearest2 = first;
+  for (const Tip* tip : {&walk.ahead, &walk.behind}) {
+    double last = first;
+    for (int i = 0; i < tip->noted; ++i) {
+      const double d = point_distance2(walk.plane, tip->notes[i]);
+      if (d >= last) break;
+      nearest2 = std::min(nearest2, last = d);
+    }
+  }
+  return nearest2;
+}
+
+/// Whether no other piece of the section comes as near to the source as the walk. Every triangle that could
+/// hold such a piece has a corner within `outermost` times the longest edge of the disc in which the plane
+/// cuts the sphere of that radius around the source.
+bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) const {
+  const Plane& plane = walk.plane;
+  const double bound2 = nearest_noted2(walk) * rounding;
+  const double up = plane_height(plane.axis, plane.offset, plane.source);
+  const double foot[3] = {plane.source[0] - up * plane.axis[0], plane.source[1] - up * plane.axis[1],
+                          plane.source[2] - up * plane.axis[2]};
+  const double reach = mesh_.longest_edge_m * outermost * rounding;
+  const double radius = std::sqrt(std::max(0.0, bound2 - up * up)) + reach;
+  const int from = mesh_.half_edges[walk.start].from, to = mesh_.to(walk.start);
+  const auto walked = [&](int above, int below) {
+    const Crossing key = crossing(above, below);
+    if ((above == from && below == to) || (above == to && below == from)) return true;
+    for (const Tip* tip : {&walk.ahead, &walk.behind})
+      if (std::find(tip->notes, tip->notes + tip->noted, key) != tip->notes + tip->noted) return true;
+    return false;
+  };
+  const auto other_piece = [&](int v, bool above) {
+    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
+    for (int i = first; i < last; ++i) {
+      const int w = mesh_.links[i].neighbour;
+      if (!ball.has(w) || (height(plane, w) >= 0) == above) continue;
+      if (above ? walked(v, w) : walked(w, v)) continue;
+      for (int j : {i + 1 < last ? i + 1 : first, i > first ? i - 1 : last - 1}) {
+        const int third = mesh_.links[j].neighbour;
+        if (ball.has(third) && segment_distance2(plane, v, w, third) <= bound2) return true;
+      }
+    }
+    return false;
+  };
+  return grid_.around(foot, radius, [&](int v) {
+    const double* p = &mesh_.points[v].x;
+    if (square(p[0] - foot[0]) + square(p[1] - foot[1]) + square(p[2] - foot[2]) > radius * radius)
+      return true;
+    return !ball.has(v) || !other_piece(v, height(plane, v) >= 0);
+  });
+}
+
+double SectionWalker::walk_noting_all(const LaneBall& ball, const Plane& plane, Tip& tip,
+                                      std::vector<Crossing>& all) const {
+  double nearest2 = std::numeric_limits<double>::infinity();
+  for (bool on = true; on;) {
+    const int before[2] = {tip.ends[0], tip.ends[1]};
+    on = advance(ball, plane, tip);
+    const int third = tip.ends[0] != before[0] ? tip.ends[0] : tip.ends[1];
+    if (third == before[1]) break;  // it could not go on
+    nearest2 = std::min(nearest2, segment_distance2(plane, before[0], before[1], third));
+    all.push_back(crossing(tip.ends[0], tip.ends[1]));
+  }
+  return nearest2;
+}
+
+/// All pieces one after the other; the nearest one counts.
+void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
+  ++searched_whole;
+  task.winding_rad = task.accumulated_rad = std::nan("");
+  double least = std::numeric_limits<double>::infinity();
+  std::unordered_set<Crossing> walked;
+  std::unordered_set<int> seen{task.source};
+  std::vector<int> queue{task.source};
+  std::vector<Crossing> all;
+  for (std::size_t head = 0; head < queue.size(); ++head) {
+    const int v = queue[head];
+    for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
+      const Link& link = mesh_.links[i];
+      if (!task.ball.has(link.neighbour)) continue;
+      if (seen.insert(link.neighbour).second) queue.push_back(link.neighbour);
+      if (link.half_edge < 0 || !crosses(plane, v, link.neighbour)) continue;
+      if (walked.count(crossing(v, link.neighbour)) || walked.count(crossing(link.neighbour, v))) continue;
+      if (!bounds_triangle(task.ball, link.half_edge)) continue;
+      Walk walk{plane, link.half_edge, tip_at(plane, link.half_edge), {}};
+      walk.behind = turned(walk.ahead);
+      all.assign(1, crossing(walk.ahead.ends[0], walk.ahead.ends[1]));
+      double nearest2 = walk_noting_all(task.ball, plane, walk.ahead, all);
+      if (!walk.ahead.closed)
+        nearest2 = std::min(nearest2, walk_noting_all(task.ball, plane, walk.behind, all));
+      walked.insert(all.begin(), all.end());
+      if (nearest2 >= least) continue;
+      least = nearest2;
+      take_angles(walk, task);
+    }
+  }
+}
+
+void SectionWalker::measure(std::vector<CutTask>& tasks) {
+  const int count = static_cast<int>(tasks.size());
+  walks_.resize(tasks.size());
+  waiting_.clear();
+  for (int i = 0; i < count; ++i) {
+    Walk& walk = walks_[i];
+    walk.plane = make_plane(tasks[i].center, tasks[i].axis, mesh_.position(tasks[i].source));
+    walk.start = first_crossing(tasks[i].ball, walk.plane, tasks[i].source);
+    if (walk.start < 0) continue;
+    walk.ahead = tip_at(walk.plane, walk.start);
+    walk.behind = turned(walk.ahead);
+    waiting_.push_back(i);
+  }
+  walk_together(tasks, &Walk::ahead);
+  walk_together(tasks, &Walk::behind);
+  for (int i = 0; i < count; ++i)
+    if (walks_[i].start >= 0 && is_nearest(tasks[i].ball, walks_[i]))
+      take_angles(walks_[i], tasks[i]);
+    else
+      search_whole(tasks[i], walks_[i].plane);
+}
+
+}  // namespace geocage::topology

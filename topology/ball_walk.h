@@ -1,0 +1,128 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "topology/ball_mesh.h"
+
+namespace geocage::topology {
+
+/// The ball of one lane, as a region's masks hold it: `slot` of a vertex leads to its mask, the lane is a bit
+/// of one of its words.
+struct LaneBall {
+  const int* slot;
+  const std::uint64_t* masks;  ///< the word that holds the lane, of slot 0 (outside: all zero)
+  std::uint64_t bit;
+  bool has(int vertex) const { return (masks[2 * static_cast<std::ptrdiff_t>(slot[vertex])] & bit) != 0; }
+};
+
+/// One section to measure: of the cut of the ball around `source` (rank) with the plane through `center`
+/// normal to `axis`, the connected piece nearest to the source, as Cutter::cut chooses it. The angles (see
+/// BallFields) are NaN where the plane meets no triangle of the ball.
+struct CutTask {
+  LaneBall ball;
+  int source;
+  geometry::Vec3 center, axis;
+  double winding_rad, accumulated_rad;
+};
+
+/// Measures sections of balls by walking along them from triangle to triangle, several at a time so that one
+/// waits for memory while others go on. Keeps its memory: one for each thread.
+class SectionWalker {
+ public:
+  SectionWalker(const BallMesh& mesh, const class VertexGrid& grid) : mesh_(mesh), grid_(grid) {}
+  void measure(std::vector<CutTask>& tasks);
+
+  int searched_whole = 0;  ///< how often the first piece could not be proved to be the nearest
+
+ private:
+  static constexpr int most_noted = 16;
+  /// A crossed edge: (vertex above, vertex below).
+  using Crossing = std::uint64_t;
+
+  struct Plane {
+    double axis[3], offset, u[3], v[3], center[3], source[3];
+  };
+  /// The end of a crossed edge: its height over the plane, and how far it lies along v from the centre.
+  struct End {
+    double height, v;
+  };
+  /// A walk's tip: the half-edge through which it enters the next triangle, and its ends above [0] and below
+  /// [1].
+  struct Tip {
+    int half_edge = -1, home = -2;
+    int ends[2];
+    bool from_above;
+    End places[2];
+    double v;       ///< the cut point along v, times a positive number
+    int turns = 0;  ///< how often it passed the half-line u < 0, v = 0, counter-clockwise
+    bool closed = false;
+    int noted = 0;
+    Crossing notes[most_noted];  ///< the first crossings, the start's left out
+  };
+  struct Walk {
+    Plane plane;
+    int start = -1;
+    Tip ahead, behind;
+  };
+
+  static Plane make_plane(const geometry::Vec3& center, const geometry::Vec3& axis,
+                          const geometry::Vec3& source);
+  double height(const Plane& plane, int vertex) const;
+  double along_v(const Plane& plane, int vertex) const;
+  double along_u(const Plane& plane, const int* ends, const End* places) const;
+  bool crosses(const Plane& plane, int a, int b) const {
+    return (height(plane, a) >= 0) != (height(plane, b) >= 0);
+  }
+  double point_distance2(const Plane& plane, Crossing crossing) const;
+  double segment_distance2(const Plane& plane, int a, int b, int c) const;
+  bool bounds_triangle(const LaneBall& ball, int half_edge) const;
+  int first_crossing(const LaneBall& ball, const Plane& plane, int source) const;
+  Tip tip_at(const Plane& plane, int half_edge) const;
+  Tip turned(const Tip& tip) const;
+  bool advance(const LaneBall& ball, const Plane& plane, Tip& tip) const;
+  void walk_together(const std::vector<CutTask>& tasks, Tip Walk::*which);
+  void take_angles(const Walk& walk, CutTask& task) const;
+  double nearest_noted2(const Walk& walk) const;
+  bool is_nearest(const LaneBall& ball, const Walk& walk) const;
+  void search_whole(CutTask& task, const Plane& plane);
+  double walk_noting_all(const LaneBall& ball, const Plane& plane, Tip& tip,
+                         std::vector<Crossing>& all) const;
+
+  const BallMesh& mesh_;
+  const VertexGrid& grid_;
+  std::vector<Walk> walks_;
+  std::vector<int> waiting_;
+};
+
+/// Vertices by the cells of a cubic grid of about two edges' length, at most four cells a vertex.
+class VertexGrid {
+ public:
+  explicit VertexGrid(const BallMesh& mesh);
+  /// Calls `see(vertex)` for at least all vertices within `radius_m` of p, until it returns false.
+  template <class See>
+  bool around(const double* p, double radius_m, const See& see) const {
+    int low[3], high[3];
+    for (int i = 0; i < 3; ++i) {
+      low[i] = cell(i, p[i] - radius_m);
+      high[i] = cell(i, p[i] + radius_m);
+    }
+    for (int z = low[2]; z <= high[2]; ++z)
+      for (int y = low[1]; y <= high[1]; ++y) {
+        const std::ptrdiff_t row = (static_cast<std::ptrdiff_t>(z) * cells_[1] + y) * cells_[0];
+        for (int i = start_[row + low[0]]; i < start_[row + high[0] + 1]; ++i)
+          if (!see(items_[i])) return false;
+      }
+    return true;
+  }
+
+ private:
+  int cell(int axis, double x) const {
+    const double c = (x - low_[axis]) * per_m_;
+    return c <= 0 ? 0 : c >= cells_[axis] ? cells_[axis] - 1 : static_cast<int>(c);
+  }
+  double low_[3], per_m_;
+  int cells_[3];
+  std::vector<int> start_, items_;
+};
+
+}  // namespace geocage::topology

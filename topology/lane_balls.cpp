@@ -1,0 +1,396 @@
+#include "topology/lane_balls.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <new>
+
+#include <Eigen/Eigenvalues>
+
+#include "topology/ball_region.h"
+#include "topology/ball_walk.h"
+#include "topology/plain_balls.h"
+
+namespace geocage::topology {
+
+using geometry::TriangleMesh;
+
+namespace {
+
+constexpr int most_hops = 254;  // a byte of hops; 255 is farther
+
+/// Memory aligned to a row.
+template <class T>
+class Aligned {
+ public:
+  T* at_least(std::size_t count) {
+    if (count > count_) {
+      data_.reset(static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t(128))));
+      count_ = count;
+    }
+    return data_.get();
+  }
+  T* data() { return data_.get(); }
+
+ private:
+  struct Free {
+    void operator()(T* p) const { ::operator delete(p, std::align_val_t(128)); }
+  };
+  std::unique_ptr<T, Free> data_;
+  std::size_t count_ = 0;
+};
+
+/// Principal axis of a scatter matrix from its characteristic polynomial (the trigonometric form: Smith
+/// 1961); the vector is the longest cross product of two rows of S - l1 I. False where no axis is dominant.
+bool principal_axis(const Eigen::Matrix3d& s, double guard, Vec3& axis) {
+  const double mean = s.trace() / 3;
+  const Eigen::Matrix3d b = s - mean * Eigen::Matrix3d::Identity();
+  const double p = std::sqrt(b.squaredNorm() / 6);
+  if (!(p > 0)) return false;
+  const double angle = std::acos(std::clamp(b.determinant() / (2 * p * p * p), -1.0, 1.0)) / 3;
+  const double first = mean + 2 * p * std::cos(angle);
+  const double second = 3 * mean - first - (mean + 2 * p * std::cos(angle + 2 * M_PI / 3));
+  const Eigen::Matrix3d m = s - first * Eigen::Matrix3d::Identity();
+  Vec3 best = m.row(0).cross(m.row(1)).transpose();
+  for (const Vec3& other : {Vec3(m.row(0).cross(m.row(2))), Vec3(m.row(1).cross(m.row(2)))})
+    if (other.squaredNorm() > best.squaredNorm()) best = other;
+  if (best.norm() > 1e-3 * first * first) {
+    if (!(first > 0 && first >= guard * second)) return false;
+    axis = best / best.norm();
+    return true;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      s);  // two roots nearly the same: the slow, safe way
+  const Vec3 values = solver.eigenvalues();
+  axis = solver.eigenvectors().col(2);
+  return values[2] > 0 && values[2] >= guard * values[1];
+}
+
+/// What all threads share.
+struct Job {
+  const BallMesh mesh;
+  const VertexGrid grid;
+  const Patches patches;
+  const Metric metric;
+  const BallOptions options;
+  std::vector<int> hop_limits;
+  double largest_m = 0, quantum_m = 0;
+  std::vector<std::uint32_t> length_limits;
+  std::uint32_t length_slack = 0;
+  BallSet& set;
+
+  Job(const TriangleMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
+      : mesh(m), grid(mesh), patches(make_patches(mesh)), metric(used_metric), options(o), set(out) {
+    for (const BallFields& ball : set.radii) largest_m = std::max(largest_m, ball.radius_m);
+    if (metric == Metric::hop)
+      count_hops();
+    else
+      measure_lengths();
+  }
+
+ private:
+  void count_hops() {
+    for (const BallFields& ball : set.radii) {
+      const double hops = mesh.mean_edge_m > 0 ? ball.radius_m * radius_slack / mesh.mean_edge_m : 0;
+      hop_limits.push_back(static_cast<int>(std::min(hops, 1e9)));
+    }
+  }
+
+  /// Whole quanta, 2^30 of them to the largest radius. A path of n edges is off by at most n / 2 quanta, and
+  /// n is at most the radius over the shortest edge: nearer to the radius than that, a plain search decides.
+  void measure_lengths() {
+    quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
+    double shortest = largest_m;
+    for (int v = 0; v < mesh.count; ++v)
+      for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i)
+        if (const int w = mesh.links[i].neighbour; w < v)
+          shortest = std::min(shortest, (mesh.position(v) - mesh.position(w)).norm());
+    length_slack = static_cast<std::uint32_t>(std::min(2 + largest_m / std::max(shortest, 1e-300), 0x1p29));
+    for (const BallFields& ball : set.radii)
+      length_limits.push_back(static_cast<std::uint32_t>(ball.radius_m * radius_slack / quantum_m));
+  }
+};
+
+/// One thread's desk: the balls of a patch.
+class PatchBalls {
+ public:
+  explicit PatchBalls(Job& job)
+      : job_(job),
+        mesh_(job.mesh),
+        region_(job.mesh),
+        walker_(job.mesh, job.grid),
+        masks_(job.set.radii.size()) {}
+
+  void run(int patch) {
+    sources_ = job_.patches.sources.data() + job_.patches.start[patch];
+    count_ = job_.patches.start[patch + 1] - job_.patches.start[patch];
+    for (int w = 0; w < mask_words; ++w) undecided_[w] = 0;
+    if (job_.metric == Metric::hop)
+      grow_hops();
+    else
+      grow_lengths();
+    add_up();
+    for (std::size_t q = 0; q < job_.set.radii.size(); ++q) {
+      correct_sums(q);
+      tasks_.clear();
+      for (int l = 0; l < count_; ++l) {
+        if (undecided_[l / 64] >> (l % 64) & 1)
+          undecided.push_back(mesh_.original[sources_[l]]);
+        else
+          finish(q, l);
+      }
+      measure_sections(job_.set.radii[q]);
+    }
+  }
+
+  std::vector<int> undecided;  ///< vertices of the mesh that are left to the plain way
+  int searched_whole() const { return walker_.searched_whole; }
+
+ private:
+  std::uint64_t* masks(std::size_t q) {
+    return masks_[q].data() + mask_words;
+  }  ///< of vertex 0; before it: outside
+
+  void make_masks() {
+    const std::size_t words = (static_cast<std::size_t>(region_.size()) + 1) * mask_words;
+    for (auto& mask : masks_) std::fill_n(mask.at_least(words), mask_words, 0);
+    dirty_.resize(static_cast<std::size_t>(region_.size()));
+  }
+
+  void grow_hops() {
+    const int most = *std::max_element(job_.hop_limits.begin(), job_.hop_limits.end());
+    const int depth = std::min(most, most_hops);
+    region_.grow_by_hops(sources_, count_, depth);
+    make_masks();
+    std::uint8_t* rows = rows_.at_least(static_cast<std::size_t>(region_.size()) * lanes);
+    hop_rows(region_.view(), rows, dirty_.data());
+    for (std::size_t q = 0; q < masks_.size(); ++q)
+      hop_masks(rows, region_.size(), std::min(job_.hop_limits[q], most_hops), masks(q));
+    if (most <= most_hops) return;
+    // More hops than a byte holds: good enough where the surface ends before that.
+    const bool ends = region_.rings() <= depth;
+    for (std::ptrdiff_t i = 0; i < region_.size(); ++i)
+      for (int l = 0; l < count_; ++l)
+        if (!ends || rows[i * lanes + l] > most_hops) undecided_[l / 64] |= std::uint64_t{1} << (l % 64);
+  }
+
+  void grow_lengths() {
+    region_.grow_by_length(sources_, count_, job_.largest_m * (1 + 1e-9), job_.quantum_m);
+    make_masks();
+    auto* rows = reinterpret_cast<std::uint32_t*>(
+        rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
+    for (int first = 0; first < lanes; first += length_lanes) {
+      if (first < count_) length_rows(region_.view(), first, rows, dirty_.data());
+      for (std::size_t q = 0; q < masks_.size(); ++q) {
+        if (first >= count_) {
+          for (std::ptrdiff_t i = 0; i < region_.size(); ++i)
+            reinterpret_cast<std::uint32_t*>(masks(q) + i * mask_words)[first / length_lanes] = 0;
+          continue;
+        }
+        const std::uint32_t limit = job_.length_limits[q], slack = std::min(job_.length_slack, limit);
+        const std::uint64_t close =
+            length_masks(rows, region_.size(), limit, slack, first / length_lanes, masks(q));
+        undecided_[first / 64] |= close << (first % 64);
+      }
+    }
+  }
+
+  void add_up() {
+    std::vector<const std::uint64_t*> masks_of;
+    for (std::size_t q = 0; q < masks_.size(); ++q) masks_of.push_back(masks(q));
+    const Vec3 origin = mesh_.position(sources_[0]);
+    const SumInput input{region_.size(),
+                         region_.order().data(),
+                         &mesh_.points[0].x,
+                         region_.own().data(),
+                         {origin.x(), origin.y(), origin.z()}};
+    lane_sums(input, static_cast<int>(masks_.size()), masks_of.data(),
+              sums_.at_least(masks_.size() * lanes * sum_slots));
+  }
+
+  double* sums(std::size_t q, int lane) { return sums_.data() + (q * lanes + lane) * sum_slots; }
+
+  template <class Each>
+  static void for_lanes(const std::uint64_t* bits, const Each& each) {
+    for (int w = 0; w < mask_words; ++w)
+      for (std::uint64_t left = bits[w]; left != 0; left &= left - 1) each(64 * w + std::countr_zero(left));
+  }
+
+  /// The sums took every cell whose last corner is in the ball; those of them with another corner outside go.
+  /// And an edge of the ball without a triangle of it, and a vertex without one, are no part of the surface.
+  /// Both concern only vertices with a neighbour outside of some ball: most have all theirs in all balls, or
+  /// are in none.
+  void correct_sums(std::size_t q) {
+    const RegionView view = region_.view();
+    const std::uint64_t* mask = masks(q);
+    const int size = region_.size(), inner = common_inside(q);
+    for (int i = 0; i < size; ++i) {
+      if (region_.farthest()[i] < inner) continue;
+      const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
+      if ((own[0] | own[1]) == 0) continue;
+      std::uint64_t first = ~std::uint64_t{0}, second = first;
+      const auto meet = [&](int begin, int end) {
+        for (int n = begin; n < end; ++n) {
+          const std::uint64_t* other = mask + static_cast<std::ptrdiff_t>(view.near[n]) * mask_words;
+          first &= other[0];
+          second &= other[1];
+        }
+        return ((own[0] & ~first) | (own[1] & ~second)) != 0;
+      };
+      if (meet(view.start[i], view.middle[i])) take_missing(q, i);
+      if (meet(view.middle[i], view.start[i + 1]) || region_.farthest()[i] >= size) look_round(q, i);
+    }
+  }
+
+  /// How many vertices from the first on are in all balls.
+  int common_inside(std::size_t q) {
+    const std::uint64_t* mask = masks(q);
+    std::uint64_t full[mask_words];
+    for (int w = 0; w < mask_words; ++w) full[w] = mask[w];
+    int i = 0;
+    while (i < region_.size() && mask[mask_words * static_cast<std::ptrdiff_t>(i)] == full[0] &&
+           mask[mask_words * static_cast<std::ptrdiff_t>(i) + 1] == full[1])
+      ++i;
+    for (int l = 0; l < count_ && i > 0; ++l)
+      if (!(full[l / 64] >> (l % 64) & 1)) i = 0;
+    return i;
+  }
+
+  void take_missing(std::size_t q, int i) {
+    const int v = region_.order()[i];
+    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
+    const std::uint64_t* own = masks(q) + static_cast<std::ptrdiff_t>(i) * mask_words;
+    const auto mask_of = [&](int slot) {
+      return masks_[q].data() + static_cast<std::ptrdiff_t>(slot) * mask_words;
+    };
+    int before = region_.slot()[mesh_.links[last - 1].neighbour];
+    double area = mesh_.links[last - 1].area_m2;
+    for (int k = first; k < last; ++k) {
+      const int at = region_.slot()[mesh_.links[k].neighbour];
+      if (at > 0 && at <= i) {
+        const std::uint64_t* mask = mask_of(at);
+        const std::uint64_t edge[mask_words] = {own[0] & ~mask[0], own[1] & ~mask[1]};
+        for_lanes(edge, [&](int l) { sums(q, l)[slot_euler] += 1; });
+        if (before > 0 && before <= i && (k > first || last - first > 2)) {
+          const std::uint64_t* other = mask_of(before);
+          const std::uint64_t lost[mask_words] = {own[0] & ~(mask[0] & other[0]),
+                                                  own[1] & ~(mask[1] & other[1])};
+          for_lanes(lost, [&](int l) {
+            double* sum = sums(q, l);
+            sum[slot_triangles] -= 1;
+            sum[slot_euler] -= 1;
+            sum[slot_area] -= area;
+          });
+        }
+      }
+      before = at;
+      area = mesh_.links[k].area_m2;
+    }
+  }
+
+  /// chi counts the triangles' own edges and corners. Each loose edge is met at both of its ends.
+  void look_round(std::size_t q, int i) {
+    const int v = region_.order()[i];
+    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
+    const int* slot = region_.slot();
+    for (int w = 0; w < mask_words; ++w) {
+      const std::uint64_t own = masks(q)[static_cast<std::ptrdiff_t>(i) * mask_words + w];
+      if (own == 0) continue;
+      const auto in = [&](int k) {
+        return masks_[q].data()[static_cast<std::ptrdiff_t>(slot[mesh_.links[k].neighbour]) * mask_words + w];
+      };
+      std::uint64_t before = in(last - 1), here = in(first), used = 0;
+      for (int k = first; k < last; ++k) {
+        const std::uint64_t after = in(k + 1 < last ? k + 1 : first);
+        used |= here & after;
+        for (std::uint64_t loose = own & here & ~before & ~after; loose != 0; loose &= loose - 1)
+          sums(q, 64 * w + std::countr_zero(loose))[slot_euler] += 0.5;
+        before = here;
+        here = after;
+      }
+      for (std::uint64_t unused = own & ~used; unused != 0; unused &= unused - 1)
+        sums(q, 64 * w + std::countr_zero(unused))[slot_euler] -= 1;
+    }
+  }
+
+  void finish(std::size_t q, int l) {
+    BallFields& out = job_.set.radii[q];
+    const int rank = sources_[l], v = mesh_.original[rank];
+    const double* sum = sums(q, l);
+    const double n = sum[slot_count];
+    const Vec3 mean = Vec3(sum[slot_x], sum[slot_y], sum[slot_z]) / n;
+    const bool alone = n == 1;
+    out.ball_vertices[v] = static_cast<int>(n);
+    out.ball_triangles[v] = static_cast<int>(sum[slot_triangles]);
+    out.euler[v] = static_cast<int>(sum[slot_euler]);
+    out.ball_area_m2[v] = out.ball_triangles[v] > 0 ? sum[slot_area] : 0;
+    out.curvature_sum_rad[v] = alone ? mesh_.points[rank].defect_rad : sum[slot_defect];
+    out.center[v] = alone ? mesh_.position(rank) : Vec3(mesh_.position(sources_[0]) + mean);
+    out.axis[v] = Vec3::Zero();
+    out.winding_angle_rad[v] = out.accumulated_angle_rad[v] = std::nan("");
+    Eigen::Matrix3d scatter;
+    scatter << sum[slot_xx], sum[slot_xy], sum[slot_xz],  //
+        sum[slot_xy], sum[slot_yy], sum[slot_yz],         //
+        sum[slot_xz], sum[slot_yz], sum[slot_zz];
+    scatter -= n * mean * mean.transpose();
+    Vec3 axis;
+    if (alone || !principal_axis(scatter, job_.options.eigenvalue_ratio_guard, axis)) return;
+    out.axis[v] = axis;
+    if (!job_.options.winding) return;
+    const LaneBall ball{region_.slot(), masks_[q].data() + l / 64, std::uint64_t{1} << (l % 64)};
+    tasks_.push_back({ball, rank, out.center[v], axis, 0, 0});
+  }
+
+  void measure_sections(BallFields& out) {
+    walker_.measure(tasks_);
+    for (const CutTask& task : tasks_) {
+      const int v = mesh_.original[task.source];
+      out.winding_angle_rad[v] = task.winding_rad;
+      out.accumulated_angle_rad[v] = task.accumulated_rad;
+    }
+  }
+
+  Job& job_;
+  const BallMesh& mesh_;
+  Region region_;
+  SectionWalker walker_;
+  const int* sources_ = nullptr;
+  int count_ = 0;
+  Aligned<std::uint8_t> rows_;
+  std::vector<std::uint8_t> dirty_;
+  std::vector<Aligned<std::uint64_t>> masks_;
+  Aligned<double> sums_;
+  std::vector<CutTask> tasks_;
+  std::uint64_t undecided_[mask_words] = {};
+};
+
+}  // namespace
+
+BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
+                         const BallOptions& options, LaneReport* report) {
+  BallSet set;
+  for (double radius : radii_m) set.radii.push_back(BallFields::of_size(mesh.vertices.size(), radius));
+  if (mesh.vertices.empty()) return set;
+  Job job(mesh, metric, options, set);
+  std::vector<int> undecided;
+  int searched_whole = 0;
+#pragma omp parallel
+  {
+    PatchBalls balls(job);
+#pragma omp for schedule(dynamic, 1)
+    for (int patch = 0; patch < job.patches.count(); ++patch) balls.run(patch);
+#pragma omp critical
+    {
+      undecided.insert(undecided.end(), balls.undecided.begin(), balls.undecided.end());
+      searched_whole += balls.searched_whole();
+    }
+  }
+  std::sort(undecided.begin(), undecided.end());
+  undecided.erase(std::unique(undecided.begin(), undecided.end()), undecided.end());
+  if (!undecided.empty()) PlainBalls(mesh, metric, options).measure(undecided, set);
+  if (report) *report = {searched_whole, static_cast<int>(undecided.size())};
+  return set;
+}
+
+}  // namespace geocage::topology
