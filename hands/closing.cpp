@@ -181,7 +181,7 @@ class Closing {
     const double way = hand_.closing_rad[dof];
     return way * ((way > 0 ? hand_.tree.upper_rad[dof] : hand_.tree.lower_rad[dof]) - q_[dof]);
   }
-  double speed(int) const { return 1; }
+  double speed(int dof) const { return hand_.closing_speed[dof]; }
 
   /// How far the capsule may move before it touches object or hand; what is farther than `enough_m` need not
   /// be exact.
@@ -217,22 +217,17 @@ std::vector<std::vector<Group>> groups_of(const Hand& hand, ClosingOrder order) 
   std::vector<std::vector<Group>> ranks;
   std::vector<char> taken(static_cast<std::size_t>(hand.tree.dofs()), 0);
   for (const Finger& finger : hand.fingers) {
-    Group together;
-    for (std::size_t rank = 0; rank < finger.dofs.size(); ++rank) {
-      const int dof = finger.dofs[rank];
-      if (std::exchange(taken[dof], 1)) continue;
-      if (order == ClosingOrder::together) {
-        together.dofs.push_back(dof);
-        continue;
-      }
+    std::size_t group = 0, rank = 0;
+    for (std::size_t i = 0; i < finger.dofs.size(); ++i) {
+      if (std::exchange(taken[finger.dofs[i]], 1)) continue;
+      if (order == ClosingOrder::proximal_first) rank = i;
       ranks.resize(std::max(ranks.size(), rank + 1));
-      Group alone;
-      alone.dofs.push_back(dof);
-      ranks[rank].push_back(std::move(alone));
+      if (order != ClosingOrder::breakaway || group == 0) {
+        ranks[rank].emplace_back();
+        group = ranks[rank].size();
+      }
+      ranks[rank][group - 1].dofs.push_back(finger.dofs[i]);
     }
-    if (together.dofs.empty()) continue;
-    ranks.resize(1);
-    ranks[0].push_back(std::move(together));
   }
   return ranks;
 }
@@ -334,7 +329,8 @@ ClosedHand close_hand(const Hand& hand, const geometry::SignedDistanceField& fie
     closed.outcome = Closure::blocked_at_start;
     return closed;
   }
-  for (auto& groups : groups_of(hand, rule.order)) closing.close(std::move(groups));
+  for (auto& groups : groups_of(hand, rule.order.value_or(hand.closing_order)))
+    closing.close(std::move(groups));
   closed.q = closing.q();
   const auto all = distances(field, closing.capsules());
   closed.penetration_m = deepest_m(all);

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "geometry/distance_field.h"
@@ -39,16 +40,10 @@ struct ClosedHand {
   int fingers_touching = 0;
 };
 
-/// What moves when.
-enum class ClosingOrder {
-  proximal_first,  ///< the first joints of all fingers until they stop, then the next ones
-  together         ///< all joints at once; one that is stopped lets those beyond it go on
-};
-
 struct ClosingRule {
-  double step_rad = 0.05;     ///< at most: fingers take turns that often
-  double contact_m = 0.0025;  ///< links nearer than this are contacts
-  ClosingOrder order = ClosingOrder::proximal_first;
+  double step_rad = 0.05;             ///< at most: fingers take turns that often
+  double contact_m = 0.0025;          ///< links nearer than this are contacts
+  std::optional<ClosingOrder> order;  ///< the hand's own when there is none
 };
 
 /// Closes the hand until each joint has a reason to stop: a link that it moves touches the object (to 0.2 mm)

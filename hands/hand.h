@@ -1,5 +1,5 @@
 #pragma once
-#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,16 +15,33 @@ struct Capsule {
   double radius_m = 0;
 };
 
-/// Joints (dof indices, proximal first) of one finger in the order they close, and the link that each one
-/// moves.
+/// Joints (dof indices, proximal first) of one finger that close, and all links that belong to the finger.
+/// Two fingers may share a joint: the jaws of a gripper.
 struct Finger {
   std::string name;
   std::vector<int> dofs, links;
 };
 
-/// A hand as `hand.toml` and its URDF describe it (docs in hands/README.md).
+/// How the joints of a finger are coupled while the hand closes.
+enum class ClosingOrder {
+  proximal_first,  ///< the first joints of all fingers until they stop, then the next ones
+  together,        ///< all joints at once, each at its speed, each until it stops itself
+  breakaway        ///< as together, but the distal joints go on alone only once the proximal link is stopped
+};
+
+/// A manipulator without kinematics: balls at the vertices of a geodesic ball, tied along the mesh's edges,
+/// that tighten around the object (thesis 6.3.1).
+struct NetDescription {
+  double point_radius_m = 0;
+  double offset_m = 0;       ///< of the points from the surface, along its normals, before the net tightens
+  double stretch_share = 0;  ///< an edge may grow by this share of its length, and no more
+};
+
+/// A hand as `hand.toml` and its URDF describe it (docs in hands/README.md). A net of points has `net`, and a
+/// tree of one link without joints, fingers or capsules.
 struct Hand {
   std::string name;
+  std::optional<NetDescription> net;
   KinematicTree tree;
   std::vector<Capsule> capsules;
   std::vector<Finger> fingers;
@@ -34,15 +51,17 @@ struct Hand {
   std::string spread_dof;               ///< empty when there is none
   double finger_length_m = 0, ball_radius_m = 0;
   std::vector<double> ball_radii_m;
-  Eigen::VectorXd open_rad,
-      closing_rad;     ///< posture to start closing from; signed closing direction of each dof
-  std::string sha256;  ///< of the name, hand.toml and the URDF
+  ClosingOrder closing_order = ClosingOrder::proximal_first;
+  Eigen::VectorXd open_rad;     ///< pre-grasp: the posture to start closing from; metres where a joint slides
+  Eigen::VectorXd closing_rad;  ///< +1 or -1, the way each dof closes; 0 where it does not
+  Eigen::VectorXd closing_speed;  ///< of each dof relative to the others, positive
+  std::string sha256;             ///< of the name, hand.toml, the URDF and those of the base
 };
 
 /// By name (a folder of the project's `hands/`), by folder, or by path of a URDF beside its hand.toml. The
 /// project's `hands/` is that of the source tree, or of the folder in the environment variable GEOCAGE_DATA.
 /// Errors (UserError, configuration): unknown name (the nearest one is named), missing, wrong or unknown
-/// field (with line and column), whatever read_urdf refuses.
+/// field (with file, line and column), whatever read_urdf refuses.
 Hand load_hand(const std::string& name_or_path);
 /// Names of the hands that come with the project, sorted.
 std::vector<std::string> hand_names();

@@ -11,6 +11,7 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include "hands/kinematics.h"
+#include "hands/urdf_mesh.h"
 #include "pipeline/error.h"
 #include "pipeline/nearest.h"
 
@@ -70,27 +71,39 @@ class TreeBuilder {
     if (!index_.emplace(link.name, static_cast<int>(tree_.links.size())).second)
       refuse("link '" + link.name + "' is the child of two joints: a cycle", "a hand is a tree of links");
     tree_.links.push_back(link.name);
-    check_scales(link);
+    add_meshes(link, link.visual_array, false);
+    add_meshes(link, link.collision_array, true);
     for (const auto& child : link.child_joints) {
       tree_.joints.push_back(convert(*child, index_.at(link.name)));
       add_link(*model_.getLink(child->child_link_name));
     }
   }
 
-  void check_scales(const urdf::Link& link) const {
-    const auto check = [&](const auto& shapes) {
-      for (const auto& shape : shapes) {
-        const auto* mesh = dynamic_cast<const urdf::Mesh*>(shape->geometry.get());
-        if (!mesh) continue;
-        for (double s : {mesh->scale.x, mesh->scale.y, mesh->scale.z})
-          if (!(std::abs(s) >= 1 / largest_scale && std::abs(s) <= largest_scale))
-            refuse("link '" + link.name + "': the scale of mesh '" + mesh->filename +
-                       "' is zero, absurd or not finite",
-                   "use a factor in [1e-4, 1e4], for example 0.001 for millimetres");
-      }
-    };
-    check(link.visual_array);
-    check(link.collision_array);
+  template <class Shapes>
+  void add_meshes(const urdf::Link& link, const Shapes& shapes, bool collision) {
+    for (const auto& shape : shapes) {
+      const auto* mesh = dynamic_cast<const urdf::Mesh*>(shape->geometry.get());
+      if (!mesh) continue;
+      for (double s : {mesh->scale.x, mesh->scale.y, mesh->scale.z})
+        if (!(std::abs(s) >= 1 / largest_scale && std::abs(s) <= largest_scale))
+          refuse("link '" + link.name + "': the scale of mesh '" + mesh->filename +
+                     "' is zero, absurd or not finite",
+                 "use a factor in [1e-4, 1e4], for example 0.001 for millimetres");
+      tree_.meshes.push_back(
+          {index_.at(link.name),
+           pose("link '" + link.name + "': the origin of mesh '" + mesh->filename + "'", shape->origin),
+           Vec3(mesh->scale.x, mesh->scale.y, mesh->scale.z), mesh->filename, collision});
+    }
+  }
+
+  Pose pose(const std::string& what, const urdf::Pose& from) const {
+    const auto& p = from.position;
+    const auto& r = from.rotation;
+    finite(what, {p.x, p.y, p.z, r.x, r.y, r.z, r.w});
+    const Vec3 place(p.x, p.y, p.z);
+    if (place.norm() > farthest_offset_m)
+      refuse(what + " is more than 10 m from its parent link", "lengths of a URDF are metres");
+    return Eigen::Translation3d(place) * Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized();
   }
 
   Joint convert(const urdf::Joint& from, int parent_link) {
@@ -99,12 +112,7 @@ class TreeBuilder {
     to.name = from.name;
     to.parent_link = parent_link;
     to.child_link = static_cast<int>(tree_.links.size());
-    const auto& p = from.parent_to_joint_origin_transform.position;
-    const auto& r = from.parent_to_joint_origin_transform.rotation;
-    finite(name + ": its origin", {p.x, p.y, p.z, r.x, r.y, r.z, r.w});
-    to.X_PJ = Eigen::Translation3d(p.x, p.y, p.z) * Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized();
-    if (to.X_PJ.translation().norm() > farthest_offset_m)
-      refuse(name + ": its origin is more than 10 m from its parent link", "lengths of a URDF are metres");
+    to.X_PJ = pose(name + ": its origin", from.parent_to_joint_origin_transform);
     if (from.type == urdf::Joint::FIXED) return to;
     set_motion(from, name, to);
     if (from.mimic) {
@@ -215,7 +223,9 @@ KinematicTree read_urdf(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file) || !(text << in.rdbuf()))
     throw pipeline::UserError(pipeline::Fault::configuration, file.string(), "this URDF can't be read",
                               "does the file exist, and has it anything in it?");
-  return parse_urdf(text.str(), file.string());
+  KinematicTree tree = parse_urdf(text.str(), file.string());
+  for (const LinkMesh& mesh : tree.meshes) find_mesh(mesh, tree, file);
+  return tree;
 }
 
 }  // namespace geocage::hands
