@@ -14,6 +14,9 @@ namespace geocage::geometry {
 struct TriangleMesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<int, 3>> triangles;
+  /// Empty (all of it was observed), or for each vertex how far the surface there was measured and not
+  /// guessed: 1 at a measured point, 0 far from all of them.
+  std::vector<double> observed = {};
 };
 
 /// Compressed rows: the items of vertex v are `items[start[v]] .. items[start[v + 1] - 1]`.
@@ -81,7 +84,8 @@ void write_ply(const std::filesystem::path& file, const TriangleMesh& mesh,
 /// (mesh_files.h).
 TriangleMesh read_own_ply(const std::filesystem::path& file, std::vector<VertexField>* fields = nullptr);
 
-std::string_view artefact_kind(const TriangleMesh*);  ///< "mesh": mesh.ply
+std::string_view artefact_kind(
+    const TriangleMesh*);  ///< "mesh": mesh.ply, with the column `observed` unless that is empty
 void save_artefact(const TriangleMesh& mesh, const std::filesystem::path& dir);
 void load_artefact(TriangleMesh& mesh, const std::filesystem::path& dir);
 
