@@ -227,7 +227,7 @@ class Planner {
       seen = slot("scan", stages::scan_stage, p.scan, truth);
     }
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
-    slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
+    const auto occupancy = slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
     const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
     const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
     const auto field = slot("field", stages::field_stage, p.field, mesh);
@@ -249,7 +249,7 @@ class Planner {
       const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
       const auto grasps =
-          slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud, hands_[i]);
+          slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud, occupancy, hands_[i]);
       const auto ways =
           slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,

@@ -245,8 +245,8 @@ double deepest_m(const std::vector<CapsuleDistance>& all) {
   return deepest;
 }
 
-void find_contacts(const Hand& hand, const std::vector<CapsuleDistance>& all, double contact_m,
-                   ClosedHand& closed) {
+std::vector<Contact> nearest_of_links(const Hand& hand, const std::vector<CapsuleDistance>& all,
+                                      double contact_m) {
   std::vector<Contact> nearest(hand.tree.links.size(), Contact{.distance_m = inf});
   for (std::size_t i = 0; i < hand.capsules.size(); ++i) {
     const CapsuleDistance& at = all[i];
@@ -255,11 +255,16 @@ void find_contacts(const Hand& hand, const std::vector<CapsuleDistance>& all, do
     contact = {hand.capsules[i].link, at.p_O - (at.distance_m + hand.capsules[i].radius_m) * at.n_O, at.n_O,
                at.distance_m};
   }
-  const auto touches = [&](int link) { return nearest[link].distance_m <= contact_m; };
-  for (const Contact& contact : nearest)
-    if (contact.distance_m <= contact_m) closed.contacts.push_back(contact);
-  for (const Finger& finger : hand.fingers)
-    closed.fingers_touching += std::any_of(finger.links.begin(), finger.links.end(), touches);
+  std::erase_if(nearest, [&](const Contact& contact) { return contact.distance_m > contact_m; });
+  return nearest;
+}
+
+int fingers_of(const Hand& hand, const std::vector<Contact>& contacts) {
+  return static_cast<int>(std::count_if(hand.fingers.begin(), hand.fingers.end(), [&](const Finger& finger) {
+    return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
+      return std::find(finger.links.begin(), finger.links.end(), contact.link) != finger.links.end();
+    });
+  }));
 }
 
 }  // namespace
@@ -318,6 +323,11 @@ double capsule_gap_m(const PlacedCapsule& first, const PlacedCapsule& second) {
   return (r + s * d1 - t * d2).norm() - first.radius_m - second.radius_m;
 }
 
+std::vector<Contact> contacts_of(const Hand& hand, const geometry::SignedDistanceField& field,
+                                 const std::vector<PlacedCapsule>& capsules_O, double contact_m) {
+  return nearest_of_links(hand, distances(field, capsules_O), contact_m);
+}
+
 ClosedHand close_hand(const Hand& hand, const geometry::SignedDistanceField& field, const Pose& X_OH,
                       const Eigen::VectorXd& q_open, const ClosingRule& rule,
                       std::vector<Eigen::VectorXd>* path) {
@@ -334,7 +344,8 @@ ClosedHand close_hand(const Hand& hand, const geometry::SignedDistanceField& fie
   closed.q = closing.q();
   const auto all = distances(field, closing.capsules());
   closed.penetration_m = deepest_m(all);
-  find_contacts(hand, all, rule.contact_m, closed);
+  closed.contacts = nearest_of_links(hand, all, rule.contact_m);
+  closed.fingers_touching = fingers_of(hand, closed.contacts);
   return closed;
 }
 

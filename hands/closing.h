@@ -30,6 +30,10 @@ struct Contact {
   double distance_m = 0;
 };
 
+/// The nearest point of each link whose distance to the object is at most `contact_m`, by link.
+std::vector<Contact> contacts_of(const Hand& hand, const geometry::SignedDistanceField& field,
+                                 const std::vector<PlacedCapsule>& capsules_O, double contact_m);
+
 enum class Closure { closed, blocked_at_start };
 
 struct ClosedHand {

@@ -22,6 +22,7 @@ struct Scene {
   topology::Scores scores;
   geometry::SignedDistanceField field;
   geometry::PointCloud cloud;
+  geometry::Occupancy occupancy;
   hands::Hand hand = hands::load_hand("schunk_sdh");
   pipeline::Run run;
 
@@ -43,7 +44,7 @@ struct Scene {
   }
 
   hands::GraspSet place(const PlaceParams& params = {}) {
-    return stages::place(params, run, scores, field, cloud, hand);
+    return stages::place(params, run, scores, field, cloud, occupancy, hand);
   }
 
   std::vector<hands::PlacedCapsule> capsules(const hands::Grasp& grasp,
