@@ -8,7 +8,7 @@
 #include "geometry/occupancy.h"
 #include "hands/grasp.h"
 #include "pipeline/stage.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::stages {
 

@@ -179,9 +179,18 @@ topology::Scores score(const ScoreParams& params, pipeline::Run& run, const Tria
     const auto ranked = ranking(values, offsets, params.com_offset_m);
     const auto chosen = choose(params, mesh, neighbours, ranked);
     for (int v : chosen.vertices)
-      scores.candidates.push_back({v, heuristic, values[v], ball.radius_m, ball.winding_angle_rad[v],
-                                   ball.curvature_sum_rad[v], ball.euler[v], mesh.vertices[v], normals[v],
-                                   ball.center[v], ball.axis[v]});
+      scores.candidates.push_back({.vertex = v,
+                                   .heuristic = heuristic,
+                                   .score = values[v],
+                                   .radius_m = ball.radius_m,
+                                   .winding_angle_rad = ball.winding_angle_rad[v],
+                                   .curvature_sum_rad = ball.curvature_sum_rad[v],
+                                   .euler = ball.euler[v],
+                                   .p_O = mesh.vertices[v],
+                                   .n_O = normals[v],
+                                   .center_O = ball.center[v],
+                                   .axis_O = ball.axis[v],
+                                   .com_offset_m = offsets[v]});
     run.metric(heuristic + "_eligible", static_cast<double>(ranked.near));
     run.metric(heuristic + "_candidates", static_cast<double>(chosen.vertices.size()));
     run.metric(heuristic + "_far_candidates", chosen.far);

@@ -1,6 +1,6 @@
 #pragma once
 #include "pipeline/stage.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::stages {
 
