@@ -62,6 +62,8 @@ void PlaceParams::visit(pipeline::Fields& fields) {
   fields("margin_weight", margin_weight, {0, 100}, "of the closure margin beside the blocked share");
   fields("max_per_candidate", max_per_candidate, {1, 1000}, "grasps kept of one candidate");
   fields("max_grasps", max_grasps, {1, 100000}, "grasps kept of all");
+  fields("measures", measures,
+         "wrap, enclosure, linking, flux and force closure of the grasps that are kept");
   fields("friction_mu", friction_mu, {0, 10}, "Coulomb friction of force closure");
   fields("friction_edges", friction_edges, {3, 64}, "edges of the pyramid in place of the friction cone");
   fields("seed", seed, "of drawn poses");
@@ -124,7 +126,7 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
   keep_best(set.grasps, params.max_grasps, set.rejected);
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < set.grasps.size(); ++i)
-    if (!hand.net)
+    if (params.measures && !hand.net)
       search.measure(set.grasps[i],
                      candidates[static_cast<std::size_t>(set.grasps[i].scores.at("candidate"))]);
   run.metric("poses", poses);

@@ -44,6 +44,7 @@ struct PlaceParams {
   double margin_weight = 0.3;
   int max_per_candidate = 1;
   int max_grasps = 8;
+  bool measures = true;
   double friction_mu = 0.6;
   int friction_edges = 8;
   std::uint64_t seed = 1;
