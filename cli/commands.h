@@ -30,7 +30,8 @@ int collect_garbage(const Shared& shared, bool dry_run);
 
 int list_stages(const Shared& shared);
 int list_params(const Shared& shared, const std::string& stage);
-int list_hands(const Shared& shared);
+int list_hands(const Shared& shared, const std::filesystem::path& pictures);
+int check_hand(const Shared& shared, const std::string& path);
 int list_datasets(const Shared& shared);
 int check_datasets(const Shared& shared);
 int get_dataset(const Shared& shared, const std::string& name);

@@ -39,26 +39,6 @@ int list_params(const Shared& shared, const std::string& stage) {
   return 0;
 }
 
-int list_hands(const Shared& shared) {
-  json list = json::array();
-  for (const auto& name : hands::hand_names()) {
-    const auto hand = hands::load_hand(name);
-    if (shared.json)
-      list.push_back({{"hand", name},
-                      {"dofs", hand.tree.dofs()},
-                      {"fingers", hand.fingers.size()},
-                      {"capsules", hand.capsules.size()},
-                      {"finger_length_m", hand.finger_length_m},
-                      {"ball_radius_m", hand.ball_radius_m}});
-    else
-      fmt::print("{:<16} {} joints, {} fingers, {} capsules, finger length {} m, ball radius {} m\n", name,
-                 hand.tree.dofs(), hand.fingers.size(), hand.capsules.size(), hand.finger_length_m,
-                 hand.ball_radius_m);
-  }
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-hands 1"}, {"hands", list}}.dump(2));
-  return 0;
-}
-
 namespace {
 
 using datasets::Availability;

@@ -114,7 +114,12 @@ class Program {
     command("params", "the parameters of a stage", [this] { return list_params(shared_, name_); })
         ->add_option("STAGE", name_)
         ->required();
-    command("hands", "the hands", [this] { return list_hands(shared_); });
+    CLI::App* hands = command("hands", "the hands", [this] { return list_hands(shared_, pictures_); });
+    hands->add_option("--pictures", pictures_, "a folder that gets a picture of each hand, open and closed");
+    command(
+        "check", "what a hand still needs", [this] { return check_hand(shared_, name_); }, hands)
+        ->add_option("HAND", name_, "a name, a folder or a URDF")
+        ->required();
     CLI::App* datasets =
         command("datasets", "the catalogue of objects", [this] { return list_datasets(shared_); });
     command(
@@ -158,6 +163,7 @@ class Program {
   WritheOptions writhe_;
   EvaluateOptions evaluate_;
   std::string slot_, name_;
+  std::filesystem::path pictures_;
   bool dry_run_ = false;
   std::function<int()> chosen_;
 };

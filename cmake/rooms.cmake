@@ -42,6 +42,7 @@ function(geocage_test name)
   list(TRANSFORM TEST_ROOMS PREPEND "geocage_" OUTPUT_VARIABLE rooms)
   add_executable(${name}_test ${TEST_SOURCES})
   target_link_libraries(${name}_test PRIVATE geocage_flags ${rooms} ${TEST_USES} GTest::gtest_main)
+  target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>) # a third less time to compile than -O2
   if(NOT TEST_SUITES)
     gtest_discover_tests(${name}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
   endif()

@@ -218,6 +218,10 @@ void scale_hand(double factor, Hand& hand) {
     capsule.b_L *= factor;
     capsule.radius_m *= factor;
   }
+  for (LinkMesh& mesh : tree.meshes) {
+    mesh.X_LM.translation() *= factor;
+    mesh.scale *= factor;
+  }
   hand.palm_H *= factor;
   hand.finger_length_m *= factor;
   hand.ball_radius_m *= factor;

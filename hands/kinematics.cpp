@@ -18,6 +18,10 @@ int index_of(const std::string& what, const std::string& name, const std::vector
 
 }  // namespace
 
+int KinematicTree::moving_joints() const {
+  return static_cast<int>(std::count_if(joints.begin(), joints.end(),
+                                        [](const Joint& joint) { return joint.type != Joint::Type::fixed; }));
+}
 int KinematicTree::link(const std::string& name) const {
   return index_of("link", name, links);
 }

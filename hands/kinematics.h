@@ -29,7 +29,8 @@ struct LinkMesh {
   int link = 0;
   Pose X_LM = Pose::Identity();
   Vec3 scale = Vec3::Ones();
-  std::string uri;  ///< as the URDF has it (hands/urdf_mesh.h finds the file)
+  std::string uri;             ///< as the URDF has it
+  std::filesystem::path file;  ///< that read_urdf found
   bool collision = false;
 };
 
@@ -43,6 +44,7 @@ struct KinematicTree {
   Eigen::VectorXd lower_rad, upper_rad, velocity_limit_rad_s, effort_limit_nm;
   std::vector<LinkMesh> meshes;
 
+  int moving_joints() const;  ///< those that mimic others counted too
   int dofs() const { return static_cast<int>(dof_names.size()); }
   int link(const std::string& name) const;  ///< UserError when there is none
   int dof(const std::string& name) const;   ///< UserError when there is none

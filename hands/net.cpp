@@ -35,11 +35,9 @@ class Tightening {
     for (const auto& [a, b] : net.edges) rest_m_.push_back((net.points_O[a] - net.points_O[b]).norm());
   }
 
-  /// One step; the farthest that a point went.
-  double step(const Vec3& inward, double step_m) {
-    const std::vector<Vec3> before = net_.points_O;
+  void step(const Vec3& inward, double step_m) {
     Vec3 middle = Vec3::Zero();
-    for (const Vec3& p : before) middle += p / static_cast<double>(before.size());
+    for (const Vec3& p : net_.points_O) middle += p / static_cast<double>(net_.points_O.size());
     for (Vec3& p : net_.points_O) {
       Vec3 together = middle - p;
       together -= together.dot(inward) * inward;
@@ -51,10 +49,6 @@ class Tightening {
       hold_edges();
       keep_off();
     }
-    double most = 0;
-    for (std::size_t i = 0; i < before.size(); ++i)
-      most = std::max(most, (net_.points_O[i] - before[i]).norm());
-    return most;
   }
 
   double stretch() const {
@@ -114,7 +108,7 @@ Net tighten_net(const Hand& hand, const geometry::TriangleMesh& mesh,
         net.edges.push_back({number[v], number[w]});
   Tightening tightening(*hand.net, field, net);
   for (int i = 0; i < rule.steps; ++i)
-    if (tightening.step(inward_O, rule.step_m) < rule.still_m) break;
+    tightening.step(inward_O, rule.step_m * (rule.steps - 1 - i) / rule.steps);
   net.stretch = tightening.stretch();
   for (std::size_t i = 0; i < net.points_O.size(); ++i) {
     Vec3 gradient;

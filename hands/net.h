@@ -16,9 +16,8 @@ struct Net {
 };
 
 struct TighteningRule {
-  int steps = 400;            ///< at most
-  double step_m = 0.0005;     ///< a point is drawn that far a step, at most
-  double still_m = 2e-6;      ///< the net is tight when no point moves farther in a step
+  int steps = 300;
+  double step_m = 0.0005;     ///< a point is drawn that far in the first step; the pull fades to nothing
   double contact_m = 0.0025;  ///< points nearer than this are contacts
 };
 

@@ -92,7 +92,10 @@ class TreeBuilder {
       tree_.meshes.push_back(
           {index_.at(link.name),
            pose("link '" + link.name + "': the origin of mesh '" + mesh->filename + "'", shape->origin),
-           Vec3(mesh->scale.x, mesh->scale.y, mesh->scale.z), mesh->filename, collision});
+           Vec3(mesh->scale.x, mesh->scale.y, mesh->scale.z),
+           mesh->filename,
+           {},
+           collision});
     }
   }
 
@@ -224,7 +227,7 @@ KinematicTree read_urdf(const std::filesystem::path& file) {
     throw pipeline::UserError(pipeline::Fault::configuration, file.string(), "this URDF can't be read",
                               "does the file exist, and has it anything in it?");
   KinematicTree tree = parse_urdf(text.str(), file.string());
-  for (const LinkMesh& mesh : tree.meshes) find_mesh(mesh, tree, file);
+  for (LinkMesh& mesh : tree.meshes) mesh.file = find_mesh(mesh, tree, file);
   return tree;
 }
 

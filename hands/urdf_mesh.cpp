@@ -61,8 +61,8 @@ fs::path find_mesh(const LinkMesh& mesh, const KinematicTree& tree, const fs::pa
                        : "sought at " + places.front().string());
 }
 
-geometry::TriangleMesh read_link_mesh(const LinkMesh& mesh, const fs::path& file) {
-  geometry::TriangleMesh read = geometry::read_mesh(file);
+geometry::TriangleMesh read_link_mesh(const LinkMesh& mesh) {
+  geometry::TriangleMesh read = geometry::read_mesh(mesh.file);
   for (Vec3& p : read.vertices) p = mesh.X_LM * mesh.scale.cwiseProduct(p);
   if (mesh.scale.prod() < 0)
     for (auto& triangle : read.triangles) std::swap(triangle[1], triangle[2]);

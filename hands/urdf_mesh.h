@@ -13,7 +13,8 @@ namespace geocage::hands {
 std::filesystem::path find_mesh(const LinkMesh& mesh, const KinematicTree& tree,
                                 const std::filesystem::path& urdf);
 
-/// The mesh in the frame of its link: scale and origin applied, outside kept outside when the scale mirrors.
-geometry::TriangleMesh read_link_mesh(const LinkMesh& mesh, const std::filesystem::path& file);
+/// A mesh that read_urdf found, in the frame of its link: scale and origin applied, outside kept outside when
+/// the scale mirrors.
+geometry::TriangleMesh read_link_mesh(const LinkMesh& mesh);
 
 }  // namespace geocage::hands

@@ -39,6 +39,23 @@ hands::ClosingRule rule_of(const PlaceParams& params) {
   return rule;
 }
 
+bool same_line(const PoseChoice& a, const PoseChoice& b) {
+  return a.p_O == b.p_O && a.approach_O == b.approach_O && a.flexion_O == b.flexion_O &&
+         a.roll_rad == b.roll_rad;
+}
+
+/// What a grasp tells about where it came from.
+std::map<std::string, double> origin_of(const topology::Candidate& candidate, const PoseChoice& choice) {
+  return {{"score", candidate.score},
+          {"vertex", candidate.vertex},
+          {"winding_angle_rad", candidate.winding_angle_rad},
+          {"curvature_sum_rad", candidate.curvature_sum_rad},
+          {"euler", candidate.euler},
+          {"gap_m", choice.gap_m},
+          {"roll_rad", choice.roll_rad},
+          {"spread_rad", choice.spread_rad}};
+}
+
 }  // namespace
 
 PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores,
@@ -216,53 +233,44 @@ double PoseSearch::flux(const Pose& X_OH, const Eigen::VectorXd& q) const {
   return std::abs(topology::flux_share(scores_.mesh, sheet));
 }
 
+/// The rule that turns the choice down, or empty and the grasp in `grasp`. `contact` is where the palm first
+/// touches.
+std::string PoseSearch::try_choice(const PoseChoice& choice, const std::optional<Pose>& contact,
+                                   hands::Grasp& grasp) const {
+  if (!contact) return "palm meets nothing";
+  Pose X_OH = *contact;
+  X_OH.translation() -= choice.gap_m * choice.approach_O;
+  return try_pose(X_OH, choice, grasp);
+}
+
 CandidatePoses PoseSearch::search(const topology::Candidate& candidate) const {
   CandidatePoses poses;
-  const auto reject = [&](const std::string& rule, int count) { poses.rejected[rule] += count; };
   PoseList list = listed_poses(params_, candidate, scores_.mesh);
   const auto samples = local_poses(params_, list, candidate);
   list.choices.insert(list.choices.end(), samples.begin(), samples.end());
   poses.tried = static_cast<int>(list.choices.size()) + list.no_direction;
-  if (list.no_direction > 0) reject("no direction to the ball's centre", list.no_direction);
+  if (list.no_direction > 0) poses.rejected["no direction to the ball's centre"] = list.no_direction;
   const auto& observed = scores_.mesh.observed;
-  if (!observed.empty() && observed[candidate.vertex] < params_.min_observed) {
-    if (!list.choices.empty()) reject("never observed", static_cast<int>(list.choices.size()));
-    return poses;
-  }
+  const bool unseen = !observed.empty() && observed[candidate.vertex] < params_.min_observed;
   const PoseChoice* before = nullptr;
   std::optional<Pose> contact;
   for (const PoseChoice& choice : list.choices) {
     const double offset_m = com_offset_m(choice);
-    if (offset_m > params_.max_com_offset_m) {
-      reject("far from the centre of mass", 1);
-      continue;
-    }
-    const bool same = before && before->p_O == choice.p_O && before->approach_O == choice.approach_O &&
-                      before->flexion_O == choice.flexion_O && before->roll_rad == choice.roll_rad;
-    if (!same) contact = first_contact(choice);
-    before = &choice;
     hands::Grasp grasp;
-    std::string rule = "palm meets nothing";
-    if (contact) {
-      Pose X_OH = *contact;
-      X_OH.translation() -= choice.gap_m * choice.approach_O;
-      rule = try_pose(X_OH, choice, grasp);
+    std::string rule = unseen ? "never observed" : "far from the centre of mass";
+    if (!unseen && offset_m <= params_.max_com_offset_m) {
+      if (!before || !same_line(*before, choice)) contact = first_contact(choice);
+      before = &choice;
+      rule = try_choice(choice, contact, grasp);
     }
     if (!rule.empty()) {
-      reject(rule, 1);
+      ++poses.rejected[rule];
       continue;
     }
     grasp.heuristic = candidate.heuristic;
-    grasp.scores.merge(std::map<std::string, double>{{"score", candidate.score},
-                                                     {"vertex", candidate.vertex},
-                                                     {"winding_angle_rad", candidate.winding_angle_rad},
-                                                     {"curvature_sum_rad", candidate.curvature_sum_rad},
-                                                     {"euler", candidate.euler},
-                                                     {"ball_radius_m", scores_.ball.radius_m},
-                                                     {"com_offset_m", offset_m},
-                                                     {"gap_m", choice.gap_m},
-                                                     {"roll_rad", choice.roll_rad},
-                                                     {"spread_rad", choice.spread_rad}});
+    grasp.scores.merge(origin_of(candidate, choice));
+    grasp.scores["ball_radius_m"] = scores_.ball.radius_m;
+    grasp.scores["com_offset_m"] = offset_m;
     poses.grasps.push_back(std::move(grasp));
   }
   return poses;

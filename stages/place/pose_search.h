@@ -43,6 +43,8 @@ class PoseSearch {
   double lowest_m(const std::vector<Eigen::VectorXd>& postures, const geometry::Pose& X_OH) const;
   bool meets_obstacle(const std::vector<hands::PlacedCapsule>& placed) const;
   std::string close_above_support(geometry::Pose& X_OH, const PoseChoice& choice, Closing& closing) const;
+  std::string try_choice(const PoseChoice& choice, const std::optional<geometry::Pose>& contact,
+                         hands::Grasp& grasp) const;
   /// The rule that turns the pose down, or empty and the grasp in `grasp`.
   std::string try_pose(geometry::Pose X_OH, const PoseChoice& choice, hands::Grasp& grasp) const;
   void rate(const hands::ClosedHand& closed, double blocked, hands::Grasp& grasp) const;

@@ -115,7 +115,86 @@ TEST_F(HandToml, ErrorsNameTheLineAndTheKey) {
   expect("open_rad = [-0.8", "open_rad = [-1.8", {"beyond the limits", "finger_12"});
   expect("radius_m = 0.028", "radius_m = 0.028\ncolour = 1", {"unknown key 'colour'"});
   expect("closing = [1, 1]", "closing = [1]", {"one entry for each joint"});
+  expect("closing = [1, 1]", "closing = [1, 0]", {"closing", "zero"});
+  expect("urdf =", "closing_order = \"later\"\nurdf =", {"closing_order", "breakaway"});
+  expect("[[finger]]", "[preshape_rad]\nknuckle = 3.0\n[[finger]]", {"knuckle", "beyond the limits"});
+  expect("[[finger]]", "[preshape_rad]\nthumb_2 = 0.0\n[[finger]]", {"thumb_2", "belongs to a finger"});
+  expect("[[finger]]", "[preshape_rad]\nknuckel = 0.0\n[[finger]]", {"knuckel", "'knuckle'"});
+  expect("links = [\"finger_12\"", "links = [\"palm\"", {"'palm'", "no joint of the finger moves"});
   expect("[[finger]]", "[[finger", {"hand.toml:"});
+}
+
+/// Loads a hand.toml that lies alone in a folder named `name`.
+Hand load_text(const tests::ScratchFolder& scratch, const std::string& name, const std::string& text) {
+  fs::create_directories(scratch / name);
+  std::ofstream(scratch / name / "hand.toml") << text;
+  return load_hand((scratch / name).string());
+}
+
+TEST(LoadHand, TakesANetOfPoints) {
+  const Hand net = load_hand("net_of_points");
+  ASSERT_TRUE(net.net.has_value());
+  EXPECT_EQ(net.net->stretch_share, 0.05);
+  EXPECT_EQ(net.tree.dofs(), 0);
+  EXPECT_TRUE(net.fingers.empty() && net.capsules.empty());
+  std::vector<Pose> X_HL;
+  forward_kinematics(net.tree, net.open_rad, X_HL);
+  EXPECT_EQ(X_HL.size(), 1u) << "asking where its links are does no harm";
+  tests::ScratchFolder scratch;
+  EXPECT_THROW(load_text(scratch, "odd",
+                         "kind = \"glove\"\nfinger_length_m = 0.1\nball_radius_m = 0.1\n"
+                         "ball_radii_of_finger_length = [1.0]\n"),
+               pipeline::UserError);
+}
+
+TEST(LoadHand, KnowsSpeedsOrdersAndPreshapes) {
+  const Hand human = load_hand("human_5f");
+  EXPECT_EQ(human.closing_order, ClosingOrder::together);
+  for (const Finger& finger : human.fingers) {
+    EXPECT_DOUBLE_EQ(human.closing_speed[finger.dofs[1]] / human.closing_speed[finger.dofs[0]], 0.5);
+    EXPECT_DOUBLE_EQ(human.closing_speed[finger.dofs[2]] / human.closing_speed[finger.dofs[0]], 0.25);
+  }
+  const Hand barrett = load_hand("barrett_bh280");
+  EXPECT_EQ(barrett.closing_order, ClosingOrder::breakaway);
+  for (const Finger& finger : barrett.fingers)
+    EXPECT_NEAR(barrett.closing_speed[finger.dofs[1]] / barrett.closing_speed[finger.dofs[0]], 1.0 / 3, 1e-6);
+  const Hand allegro = load_hand("allegro");
+  const int opposition = allegro.tree.dof("thumb_0");
+  EXPECT_EQ(allegro.open_rad[opposition], 1.396) << "opposed, by its preshape";
+  EXPECT_EQ(allegro.closing_rad[opposition], 0);
+  EXPECT_EQ(load_hand("schunk_sdh").closing_order, ClosingOrder::proximal_first);
+}
+
+TEST(LoadHand, MakesVariantsOfAnotherHand) {
+  const Hand sdh = load_hand("schunk_sdh");
+  tests::ScratchFolder scratch;
+  const Hand thin = load_text(scratch, "thin", "base = \"schunk_sdh\"\nfinger_radius_scale = 0.5\n");
+  const Hand big = load_text(scratch, "big", "base = \"schunk_sdh\"\nscale = 2.0\nball_radius_m = 0.05\n");
+  EXPECT_NE(thin.sha256, sdh.sha256);
+  EXPECT_NE(thin.sha256, big.sha256);
+  ASSERT_EQ(thin.capsules.size(), sdh.capsules.size());
+  EXPECT_EQ(thin.capsules.front().radius_m, sdh.capsules.front().radius_m) << "the palm keeps its shape";
+  EXPECT_EQ(thin.capsules.back().radius_m, 0.5 * sdh.capsules.back().radius_m);
+  EXPECT_EQ(big.capsules.back().radius_m, 2 * sdh.capsules.back().radius_m);
+  EXPECT_EQ(big.ball_radius_m, 2 * 0.05) << "of the variant, before it is scaled";
+  std::vector<Pose> X_small, X_big;
+  forward_kinematics(sdh.tree, sdh.open_rad, X_small);
+  forward_kinematics(big.tree, big.open_rad, X_big);
+  for (std::size_t link = 0; link < X_small.size(); ++link) {
+    EXPECT_LT((X_big[link].translation() - 2 * X_small[link].translation()).norm(), 1e-15);
+    EXPECT_EQ(X_big[link].linear(), X_small[link].linear());
+  }
+  for (const char* wrong : {"base = \"shunk\"", "base = \"schunk_sdh_thin\"",
+                            "base = \"schunk_sdh\"\nscale = 0.0", "base = \"schunk_sdh\"\nwidth = 1.0"})
+    EXPECT_THROW(load_text(scratch, "wrong", wrong), pipeline::UserError) << wrong;
+}
+
+TEST(LoadHand, ScalesSlidesInMetres) {
+  tests::ScratchFolder scratch;
+  const Hand gripper = load_hand("parallel_2f"),
+             small = load_text(scratch, "small", "base = \"parallel_2f\"\nscale = 0.5\n");
+  EXPECT_DOUBLE_EQ(small.tree.upper_rad[0], 0.5 * gripper.tree.upper_rad[0]);
+  EXPECT_DOUBLE_EQ(small.tree.joints[1].multiplier, 1) << "its jaws stay coupled one to one";
 }
 
 TEST(PlaceCapsules, MovesEndsWithTheirLinks) {

@@ -70,6 +70,15 @@ TEST(Urdf, RefusesLinksThatDoNotFormATree) {
       {"'c'", "cycle"});
 }
 
+TEST(Urdf, RefusesNamesTwiceAndRootsTwice) {
+  expect_refusal(robot(links({"a", "b", "b"}) + joint("j", "a", "b")), {"b", "not unique"});
+  expect_refusal(robot(links({"a", "b", "c"}) + joint("j", "a", "b") + joint("j", "b", "c")),
+                 {"j", "not unique"});
+  expect_refusal(robot(links({"a", "b"})), {"not a valid URDF", "root"});
+  expect_refusal(robot(links({"a", "b", "c", "d"}) + joint("j", "a", "b") + joint("k", "c", "d")),
+                 {"not a valid URDF", "root"});
+}
+
 TEST(Urdf, RefusesImpossibleJointsByName) {
   const auto one = [](const std::string& rest, const std::string& type = "revolute") {
     return robot(links({"a", "b"}) + joint("bend", "a", "b", rest, type));
@@ -81,7 +90,12 @@ TEST(Urdf, RefusesImpossibleJointsByName) {
                  {"'bend'", "axis"});
   expect_refusal(one("<origin xyz='1000 0 0'/>" + limits("0", "1")), {"'bend'", "10 m"});
   expect_refusal(one("<axis xyz='0 0 1'/>"), {"bend"});
+  expect_refusal(one("<axis xyz='0 0 1'/>", "prismatic"), {"bend"});
+  expect_refusal(one("<origin xyz='nan 0 0'/>" + limits("0", "1")), {"bend"});
+  expect_refusal(one("<origin xyz='0 0 0' rpy='0 inf 0'/>" + limits("0", "1")), {"bend"});
+  expect_refusal(one(limits("0", "1"), "hinge"), {"bend"});
   expect_refusal(one("", "floating"), {"'bend'", "floating"});
+  expect_refusal(one("", "planar"), {"'bend'", "planar"});
 }
 
 TEST(Urdf, RefusesImpossibleMimicsByName) {
