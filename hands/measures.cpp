@@ -5,6 +5,9 @@
 #include <numbers>
 
 #include "hands/caging.h"
+#include "topology/linking.h"
+#include "topology/winding_number.h"
+#include "topology/writhe.h"
 
 namespace geocage::hands {
 
@@ -89,18 +92,33 @@ double enclosed_share(const std::vector<PlacedCapsule>& capsules_O, const Vec3& 
          static_cast<double>(directions.size());
 }
 
-double axis_linking(const std::vector<Polyline>& fingers, const Vec3& palm_O, const Vec3& center_O,
-                    const Vec3& axis_O) {
-  const Polyline line = {center_O - axis_O, center_O + axis_O};
-  double most = 0;
+std::vector<Polyline> hand_loops(const std::vector<Polyline>& fingers, const Vec3& palm_O) {
+  std::vector<Polyline> loops;
   for (std::size_t i = 0; i < fingers.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       Polyline loop(fingers[i].rbegin(), fingers[i].rend());
       loop.push_back(palm_O);
       loop.insert(loop.end(), fingers[j].begin(), fingers[j].end());
-      loop.push_back(loop.front());
-      most = std::max(most, std::abs(topology::gauss_linking_integral(loop, line)));
+      loops.push_back(std::move(loop));
     }
+  return loops;
+}
+
+double axis_linking(const std::vector<Polyline>& loops, const Vec3& center_O, const Vec3& axis_O) {
+  const Polyline line = {center_O - axis_O, center_O + axis_O};
+  double most = 0;
+  for (Polyline loop : loops) {
+    loop.push_back(loop.front());
+    most = std::max(most, std::abs(topology::gauss_linking_integral(loop, line)));
+  }
+  return most;
+}
+
+int handle_linking(const std::vector<Polyline>& loops, const std::vector<Polyline>& handles_O) {
+  int most = 0;
+  for (const Polyline& loop : loops)
+    for (const Polyline& handle : handles_O)
+      most = std::max(most, std::abs(topology::linking_number(loop, handle).value));
   return most;
 }
 

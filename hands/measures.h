@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "hands/closing.h"
-#include "topology/writhe.h"
+#include "topology/polyline.h"
 
 namespace geocage::hands {
 
@@ -22,11 +22,19 @@ double contact_wrap_rad(const std::vector<Contact>& contacts, const Vec3& center
 /// Share of 162 rays from `center_O` that meet the hand within 1 m.
 double enclosed_share(const std::vector<PlacedCapsule>& capsules_O, const Vec3& center_O);
 
-/// How often the hand's best loop goes round that line: the largest size, over all pairs of fingers, of the
-/// Gauss linking integral of the loop tip - base - palm - base - tip - (back to the first tip) with 2 m of
-/// the line. Near 1 for a hand whose fingers meet behind the axis, near 0 for one that is beside it.
-double axis_linking(const std::vector<topology::Polyline>& fingers, const Vec3& palm_O, const Vec3& center_O,
-                    const Vec3& axis_O);
+/// The loops that the hand closes, one a pair of fingers: tip - base - palm - base - tip, and back over the
+/// gap between the tips. The last point is joined to the first.
+std::vector<topology::Polyline> hand_loops(const std::vector<topology::Polyline>& fingers,
+                                           const Vec3& palm_O);
+
+/// The largest size, over the loops, of the Gauss linking integral with 2 m of the line. Near 1 for a hand
+/// whose fingers meet behind the axis, near 0 for one that is beside it.
+double axis_linking(const std::vector<topology::Polyline>& loops, const Vec3& center_O, const Vec3& axis_O);
+
+/// The largest size of the linking number of a loop of the hand and a loop on the object (closed, last point
+/// joined to the first): not 0 where the hand holds a handle like a link of a chain holds the next.
+int handle_linking(const std::vector<topology::Polyline>& loops,
+                   const std::vector<topology::Polyline>& handles_O);
 
 /// The hand as a sheet: from the palm's centre over each pair of neighbouring fingers, as triangles between
 /// their lines. Neighbours by angle about the approach; the sheet is closed around the palm and open at the

@@ -9,6 +9,7 @@
 #include "hands/force_closure.h"
 #include "hands/measures.h"
 #include "topology/flux.h"
+#include "topology/loops.h"
 
 namespace geocage::stages {
 
@@ -71,6 +72,9 @@ PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores
       center_of_mass_O_(geometry::mass_properties(scores.mesh).center) {
   for (const Vec3& p : scores.mesh.vertices)
     torque_length_m_ = std::max(torque_length_m_, (p - center_of_mass_O_).norm());
+  if (params.measures && geometry::check_mesh(scores.mesh).euler < 2)
+    for (topology::SurfaceLoop& loop : topology::handle_loops(scores.mesh))
+      handles_O_.push_back(std::move(loop.path));
   const geometry::OccupiedCells cells = geometry::occupied_cells(occupancy);
   obstacle_m_ = cells.side_m / 2;
   for (const Vec3& p : cells.centers_O)
@@ -287,8 +291,9 @@ void PoseSearch::measure(hands::Grasp& grasp, const topology::Candidate& candida
   for (std::size_t i = 0; i < wraps.size(); ++i) grasp.scores["wrap_rad." + hand_.fingers[i].name] = wraps[i];
   grasp.scores["contact_wrap_rad"] = hands::contact_wrap_rad(contacts, candidate.center_O, axis);
   grasp.scores["enclosed_share"] = hands::enclosed_share(placed, candidate.center_O);
-  grasp.scores["axis_linking"] =
-      hands::axis_linking(lines, grasp.X_OH * hand_.palm_H, candidate.center_O, axis);
+  const auto loops = hands::hand_loops(lines, grasp.X_OH * hand_.palm_H);
+  grasp.scores["handle_linking"] = hands::handle_linking(loops, handles_O_);
+  grasp.scores["axis_linking"] = hands::axis_linking(loops, candidate.center_O, axis);
   grasp.scores["flux_share"] = flux(grasp.X_OH, q);
   const hands::FrictionModel model{params_.friction_mu, params_.friction_edges, center_of_mass_O_,
                                    torque_length_m_};

@@ -6,6 +6,7 @@
 
 #include "hands/closing.h"
 #include "stages/place/pose_list.h"
+#include "topology/polyline.h"
 
 namespace geocage::stages {
 
@@ -58,10 +59,11 @@ class PoseSearch {
   const hands::Hand& hand_;
   hands::ClosingRule rule_;
   geometry::Vec3 center_of_mass_O_;
-  double torque_length_m_ = 0;               ///< largest distance of the surface from the centre of mass
-  std::vector<geometry::Vec3> obstacles_O_;  ///< centres of known occupied cells that are not the object's
-  double obstacle_m_ = 0;                    ///< half a cell's side
-  std::vector<int> base_;                    ///< capsules that no finger's joint moves: palm and knuckles
+  double torque_length_m_ = 0;                 ///< largest distance of the surface from the centre of mass
+  std::vector<topology::Polyline> handles_O_;  ///< loops around the object's handles and through their holes
+  std::vector<geometry::Vec3> obstacles_O_;    ///< centres of known occupied cells that are not the object's
+  double obstacle_m_ = 0;                      ///< half a cell's side
+  std::vector<int> base_;                      ///< capsules that no finger's joint moves: palm and knuckles
   double far_m_ = 0;  ///< the base is free of the object when the palm is that far from a surface point
 };
 

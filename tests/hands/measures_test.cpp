@@ -50,12 +50,28 @@ TEST(EnclosedShare, OfABallInViewIsItsCap) {
 TEST(AxisLinking, IsOneAroundTheAxisAndNothingBesideIt) {
   const std::vector<topology::Polyline> around = {arc(0.04, -0.3, -3.0), arc(0.04, 0.3, 3.0)};
   const Vec3 palm(0.05, 0, 0.01);
+  const auto loops = hand_loops(around, palm);
   // 2 m of a line seen from a loop of 5 cm: 1 - (0.05 / 1)^2 / 2.
-  EXPECT_NEAR(axis_linking(around, palm, Vec3::Zero(), Vec3::UnitZ()), 1, 2e-3);
-  EXPECT_NEAR(axis_linking(around, palm, Vec3(0.2, 0, 0), Vec3::UnitZ()), 0, 2e-3);
-  EXPECT_NEAR(axis_linking(around, palm, Vec3::Zero(), Vec3::UnitX()), 0, 0.02)
-      << "it lies beside the loop's plane";
-  EXPECT_EQ(axis_linking({around[0]}, palm, Vec3::Zero(), Vec3::UnitZ()), 0) << "one finger closes no loop";
+  EXPECT_NEAR(axis_linking(loops, Vec3::Zero(), Vec3::UnitZ()), 1, 2e-3);
+  EXPECT_NEAR(axis_linking(loops, Vec3(0.2, 0, 0), Vec3::UnitZ()), 0, 2e-3);
+  EXPECT_NEAR(axis_linking(loops, Vec3::Zero(), Vec3::UnitX()), 0, 0.02) << "it lies beside the loop's plane";
+  EXPECT_EQ(axis_linking(hand_loops({around[0]}, palm), Vec3::Zero(), Vec3::UnitZ()), 0)
+      << "one finger closes no loop";
+}
+
+TEST(HandleLinking, CountsHowOftenTheHandGoesThroughTheHandle) {
+  const auto loops = hand_loops({arc(0.04, -0.3, -3.0), arc(0.04, 0.3, 3.0)}, Vec3(0.05, 0, 0.01));
+  const auto ring = [](double x) {  // around y, through the plane of the hand at x - 0.02 and x + 0.02
+    topology::Polyline line;
+    for (int i = 0; i < 20; ++i)
+      line.emplace_back(x + 0.02 * std::cos(i * pi / 10), 0.003, 0.01 + 0.02 * std::sin(i * pi / 10));
+    return line;
+  };
+  EXPECT_EQ(handle_linking(loops, {ring(0.04)}), 1)
+      << "one side of the ring is inside the hand's loop, one outside";
+  EXPECT_EQ(handle_linking(loops, {ring(0)}), 0) << "both are inside";
+  EXPECT_EQ(handle_linking(loops, {ring(0.2), ring(0)}), 0);
+  EXPECT_EQ(handle_linking(loops, {}), 0);
 }
 
 TEST(FingerLines, OfTheOpenHandFollowItsKinematics) {
