@@ -38,7 +38,6 @@ struct Centre {
   topology::Candidate candidate;
   int poses = 0, valid = 0, full = 0;                         ///< full: all ways out blocked
   double best_blocked = 0, best_rank = -1, mean_blocked = 0;  ///< mean over all poses, invalid ones 0
-  bool ring() const { return best_blocked > 39.5 / 42; }      ///< all but the two ways along an axis
 };
 
 std::vector<std::string> split(const std::string& text) {
@@ -106,6 +105,7 @@ void add(Centre& centre, const hands::Grasp& grasp, int poses) {
   const double blocked = grasp.scores.at("blocked_share");
   ++centre.valid;
   centre.full += blocked > 0.999;
+  centre.sure += blocked > 0.999 && grasp.scores.at("closure_margin") >= 0.2;
   centre.best_blocked = std::max(centre.best_blocked, blocked);
   centre.best_rank = std::max(centre.best_rank, grasp.scores.at("rank"));
   centre.mean_blocked += blocked / poses;
@@ -193,34 +193,40 @@ void print_difference(const std::vector<Centre>& centres, const std::string& gro
 double is_full(const Centre& c) {
   return c.full > 0;
 }
-double is_ring(const Centre& c) {
-  return c.ring();
-}
 double rank_of(const Centre& c) {
   return c.best_rank;
 }
-double any_of_valid(const Centre& c) {
-  return c.valid ? double(c.full) / c.valid : 0;
+double any_of_all(int good, const Centre& c) {
+  return c.poses ? double(good) / c.poses : 0;
+}
+
+double is_sure(const Centre& c) {
+  return c.sure > 0;
 }
 
 void print_summary(const std::vector<Centre>& centres) {
   std::printf(
-      "\n| group | centres | any valid | all blocked | ring or more | a random valid pose all blocked | mean "
-      "blk of all poses |\n|---|---|---|---|---|---|---|\n");
+      "\n| group | centres | any valid | all blocked | and margin >= 0.2 | a random pose: valid | all "
+      "blocked | and margin |\n");
+  std::printf("|---|---|---|---|---|---|---|---|\n");
   for (const Group& group : groups()) {
-    int n = 0, valid = 0, full = 0, ring = 0;
-    double chance = 0, blocked = 0;
+    int n = 0, valid = 0, full = 0, sure = 0;
+    double chance_valid = 0, chance_full = 0, chance_sure = 0;
     for (const Centre& c : centres)
       if (c.group == group.name()) {
-        ++n, valid += c.valid > 0, full += c.full > 0, ring += c.ring();
-        chance += any_of_valid(c), blocked += c.mean_blocked;
+        ++n, valid += c.valid > 0, full += c.full > 0, sure += c.sure > 0;
+        chance_valid += any_of_all(c.valid, c);
+        chance_full += any_of_all(c.full, c);
+        chance_sure += any_of_all(c.sure, c);
       }
+    if (n == 0) continue;
     std::printf("| %s | %d |", group.name().c_str(), n);
-    for (int k : {valid, full, ring}) {
+    for (int k : {valid, full, sure}) {
       const auto p = reports::wilson(k, n);
       std::printf(" %d = %.0f %% [%.0f, %.0f] |", k, 100 * p.share, 100 * p.low, 100 * p.high);
     }
-    std::printf(" %.1f %% | %.3f |\n", n ? 100 * chance / n : 0, n ? blocked / n : 0);
+    std::printf(" %.1f %% | %.1f %% | %.1f %% |\n", 100 * chance_valid / n, 100 * chance_full / n,
+                100 * chance_sure / n);
   }
   std::printf(
       "\nDifference from the control of the same rule, mean over objects:\n\n| group | all blocked | ring or "
@@ -230,11 +236,11 @@ void print_summary(const std::vector<Centre>& centres) {
     const std::string control =
         group.heuristic == "random" ? "random" : Group{"random", group.com_rule}.name();
     std::printf("| %s - %s |", group.name().c_str(), control.c_str());
-    for (Outcome outcome : {&is_full, &is_ring, &rank_of})
+    for (Outcome outcome : {&is_full, &is_sure, &rank_of})
       print_difference(centres, group.name(), control, outcome);
     std::printf("\n");
   }
-  std::printf("\nCentres with a pose that blocks all, of each object:\n\n| object |");
+  std::printf("\nCentres with a pose that blocks all with a margin of 0.2, of each object:\n\n| object |");
   for (const Group& group : groups()) std::printf(" %s |", group.name().c_str());
   std::printf("\n|---|");
   for (std::size_t i = 0; i < groups().size(); ++i) std::printf("---|");
@@ -243,10 +249,10 @@ void print_summary(const std::vector<Centre>& centres) {
   for (const auto& [object, count] : objects) {
     std::printf("\n| %s |", object.c_str());
     for (const Group& group : groups()) {
-      int n = 0, full = 0;
+      int n = 0, sure = 0;
       for (const Centre& c : centres)
-        if (c.object == object && c.group == group.name()) ++n, full += c.full > 0;
-      std::printf(" %d/%d |", full, n);
+        if (c.object == object && c.group == group.name()) ++n, sure += c.sure > 0;
+      std::printf(" %d/%d |", sure, n);
     }
   }
   std::printf("\n");
@@ -255,13 +261,14 @@ void print_summary(const std::vector<Centre>& centres) {
 void write_csv(const std::vector<Centre>& centres, const std::string& file) {
   FILE* out = std::fopen(file.c_str(), "w");
   if (!out) return std::perror(file.c_str());
-  std::fprintf(out,
-               "object,group,vertex,winding_angle_rad,curvature_sum_rad,poses,valid,all_blocked,best_blocked,"
-               "best_rank,mean_blocked\n");
+  std::fprintf(
+      out,
+      "object,group,vertex,winding_angle_rad,curvature_sum_rad,poses,valid,all_blocked,sure,best_blocked,"
+      "best_rank,mean_blocked\n");
   for (const Centre& c : centres)
-    std::fprintf(out, "%s,%s,%d,%.4f,%.4f,%d,%d,%d,%.4f,%.4f,%.4f\n", c.object.c_str(), c.group.c_str(),
+    std::fprintf(out, "%s,%s,%d,%.4f,%.4f,%d,%d,%d,%d,%.4f,%.4f,%.4f\n", c.object.c_str(), c.group.c_str(),
                  c.candidate.vertex, c.candidate.winding_angle_rad, c.candidate.curvature_sum_rad, c.poses,
-                 c.valid, c.full, c.best_blocked, c.best_rank, c.mean_blocked);
+                 c.valid, c.full, c.sure, c.best_blocked, c.best_rank, c.mean_blocked);
   std::fclose(out);
 }
 
