@@ -36,7 +36,8 @@ struct Options {
 struct Centre {
   std::string object, group;
   topology::Candidate candidate;
-  int poses = 0, valid = 0, full = 0;                         ///< full: all ways out blocked
+  int poses = 0, valid = 0, full = 0;  ///< full: all ways out blocked
+  int sure = 0;                        ///< all blocked, with a closure margin of 0.2 at least
   double best_blocked = 0, best_rank = -1, mean_blocked = 0;  ///< mean over all poses, invalid ones 0
 };
 

@@ -32,7 +32,7 @@ struct KdlTree {
     if (joint.type == urdf::Joint::PRISMATIC) type = KDL::Joint::TransAxis;
     const KDL::Joint moved = joint.type == urdf::Joint::FIXED ? KDL::Joint(joint.name, KDL::Joint::Fixed)
                                                               : KDL::Joint(joint.name, frame.p, axis, type);
-    return {joint.child_link_name, moved, frame};
+    return KDL::Segment(joint.child_link_name, moved, frame);
   }
 
   void add_children(const urdf::Link& link) {
