@@ -248,8 +248,8 @@ class Planner {
 
       const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
-      const auto grasps =
-          slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud, occupancy, hands_[i]);
+      const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
+                               occupancy, hands_[i]);
       const auto ways =
           slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
