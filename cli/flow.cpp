@@ -289,8 +289,8 @@ class Planner {
   void add_slots(const FlowObject& object, const StageParameters& p, const Target<geometry::PointCloud>& seen,
                  const Target<geometry::TriangleMesh>& truth) {
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
-    slot("clearance", stages::clearance_stage, p.clearance,
-         slot("occupancy", stages::occupancy_stage, p.occupancy, cloud));
+    const auto occupancy = slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
+    slot("clearance", stages::clearance_stage, p.clearance, occupancy);
     const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
     const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
     if (!object.cloud) {
@@ -315,8 +315,8 @@ class Planner {
 
       const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
-      const auto grasps =
-          slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud, hands_[i]);
+      const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
+                               occupancy, hands_[i]);
       const auto ways =
           slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,

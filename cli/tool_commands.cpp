@@ -131,6 +131,9 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   params.object_geometry = "given";
   const auto hand = hands::load_hand(options.hand);
   const auto grasps = hands::read_grasps(options.grasp);
+  if (hand.net)
+    throw UserError(Fault::input, options.grasp.string(), "a net of points can't be evaluated",
+                    "its blocked share is in the grasp's scores");
   for (const auto& grasp : grasps.grasps)
     hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   const auto mesh = closed_mesh(options.mesh, options.unit);

@@ -35,3 +35,10 @@ foreach(part BulletDynamics BulletCollision LinearMath)
   find_library(BULLET_${part} ${part}-float64 REQUIRED)
   target_link_libraries(bullet INTERFACE ${BULLET_${part}})
 endforeach()
+
+# Qhull, the reentrant C library; Debian ships no config file for it.
+find_path(QHULL_INCLUDE libqhull_r/libqhull_r.h REQUIRED)
+find_library(QHULL_LIBRARY qhull_r REQUIRED)
+add_library(qhull INTERFACE)
+target_include_directories(qhull SYSTEM INTERFACE ${QHULL_INCLUDE})
+target_link_libraries(qhull INTERFACE ${QHULL_LIBRARY})

@@ -1,6 +1,7 @@
 #include "geometry/occupancy.h"
 
 #include <cerrno>
+#include <cmath>
 #include <fstream>
 #include <system_error>
 
@@ -56,6 +57,22 @@ SpaceCounts count_cells(const Occupancy& map) {
     (map.tree->isNodeOccupied(*leaf) ? counts.occupied : counts.free) += cells;
   }
   return counts;
+}
+
+OccupiedCells occupied_cells(const Occupancy& map) {
+  OccupiedCells cells;
+  if (!map.tree) return cells;
+  cells.side_m = map.tree->getResolution();
+  for (auto leaf = map.tree->begin_leafs(), end = map.tree->end_leafs(); leaf != end; ++leaf) {
+    if (!map.tree->isNodeOccupied(*leaf)) continue;
+    const int n = static_cast<int>(std::lround(leaf.getSize() / cells.side_m));  // pruned cells are larger
+    const Vec3 low(leaf.getX(), leaf.getY(), leaf.getZ());
+    for (int z = 0; z < n; ++z)
+      for (int y = 0; y < n; ++y)
+        for (int x = 0; x < n; ++x)
+          cells.centers_O.push_back(low + cells.side_m * (Vec3(x, y, z) - Vec3::Constant((n - 1) / 2.0)));
+  }
+  return cells;
 }
 
 std::string_view artefact_kind(const Occupancy*) {

@@ -31,6 +31,13 @@ struct SpaceCounts {
 };
 SpaceCounts count_cells(const Occupancy& map);
 
+/// The finest cells that are known to be occupied; none of a map without a tree.
+struct OccupiedCells {
+  std::vector<Vec3> centers_O;
+  double side_m = 0;
+};
+OccupiedCells occupied_cells(const Occupancy& map);
+
 std::string_view artefact_kind(const Occupancy*);  ///< "occupancy": occupancy.bt (octovis opens it)
 void save_artefact(const Occupancy& map, const std::filesystem::path& dir);
 void load_artefact(Occupancy& map, const std::filesystem::path& dir);

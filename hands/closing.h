@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "geometry/distance_field.h"
@@ -29,6 +30,10 @@ struct Contact {
   double distance_m = 0;
 };
 
+/// The nearest point of each link whose distance to the object is at most `contact_m`, by link.
+std::vector<Contact> contacts_of(const Hand& hand, const geometry::SignedDistanceField& field,
+                                 const std::vector<PlacedCapsule>& capsules_O, double contact_m);
+
 enum class Closure { closed, blocked_at_start };
 
 struct ClosedHand {
@@ -40,15 +45,19 @@ struct ClosedHand {
 };
 
 struct ClosingRule {
-  double step_rad = 0.01, contact_m = 0.0025;
+  double step_rad = 0.05;             ///< at most: fingers take turns that often
+  double contact_m = 0.0025;          ///< links nearer than this are contacts
+  std::optional<ClosingOrder> order;  ///< the hand's own when there is none
 };
 
-/// Closes the hand in the order that cages best: all proximal joints together, then the next
-/// ones, each until one of the links it moves touches the object (to 0.2 mm), touches another part of the
-/// hand, or its joint ends. Steps shrink so that no capsule moves farther than its free distance: nothing
-/// tunnels. `blocked_at_start` when a capsule of the open hand is inside the object: q is then `q_open`,
-/// `penetration_m` says how deep. Precondition: `q_open` within the limits.
+/// Closes the hand until each joint has a reason to stop: a link that it moves touches the object (to 0.2 mm)
+/// or another part of the hand, or the joint ends. A step is at most what the links are known to be free,
+/// over their lever: nothing tunnels. Neighbouring links, and links that overlap in `q_open`, may touch.
+/// `blocked_at_start` when a capsule of the open hand is inside the object: q is then `q_open`,
+/// `penetration_m` says how deep. Every posture on the way is added to `path`. Precondition: `q_open` within
+/// the limits.
 ClosedHand close_hand(const Hand& hand, const geometry::SignedDistanceField& field, const Pose& X_OH,
-                      const Eigen::VectorXd& q_open, const ClosingRule& rule);
+                      const Eigen::VectorXd& q_open, const ClosingRule& rule,
+                      std::vector<Eigen::VectorXd>* path = nullptr);
 
 }  // namespace geocage::hands

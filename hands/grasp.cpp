@@ -42,15 +42,28 @@ double number(const json& value, const std::string& where) {
 }
 
 template <int n>
-Eigen::Vector<double, n> vector(const json& object, const std::string& key, const std::string& where) {
-  const json& list = member(object, key, where);
-  const std::string place = where + ": " + key;
+Eigen::Vector<double, n> vector(const json& list, const std::string& place) {
   if (!list.is_array() || list.size() != n)
     throw UserError(Fault::input, place, "is not a list of " + std::to_string(n) + " numbers");
   Eigen::Vector<double, n> v;
   for (int i = 0; i < n; ++i) v[i] = number(list[i], place);
   if (!v.allFinite()) throw UserError(Fault::input, place, "holds a number that is not finite");
   return v;
+}
+
+template <int n>
+Eigen::Vector<double, n> vector(const json& object, const std::string& key, const std::string& where) {
+  return vector<n>(member(object, key, where), where + ": " + key);
+}
+
+std::vector<Vec3> points(const json& object, const std::string& key, const std::string& where) {
+  const json& list = member(object, key, where);
+  if (!list.is_array() || list.empty())
+    throw UserError(Fault::input, where, "'" + key + "' is not a list of points");
+  std::vector<Vec3> all;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    all.push_back(vector<3>(list[i], where + ": " + key + "[" + std::to_string(i) + "]"));
+  return all;
 }
 
 std::map<std::string, double> numbers(const json& object, const std::string& key, const std::string& where) {
@@ -163,24 +176,29 @@ json to_json(const Grasp& grasp) {
                  {"hand", grasp.hand},
                  {"object", grasp.object},
                  {"X_OH", to_json(grasp.X_OH)},
-                 {"joints_rad", grasp.joints_rad},
-                 {"pregrasp_joints_rad", grasp.pregrasp_joints_rad},
                  {"scores", scores}};
+  if (grasp.points_O.empty()) {
+    object["joints_rad"] = grasp.joints_rad;
+    object["pregrasp_joints_rad"] = grasp.pregrasp_joints_rad;
+  }
+  for (const Vec3& p : grasp.points_O) object["points_m"].push_back({p.x(), p.y(), p.z()});
+  if (!grasp.force_closure.empty()) object["force_closure"] = grasp.force_closure;
   if (!grasp.heuristic.empty()) object["heuristic"] = grasp.heuristic;
   return object;
 }
 
 Grasp grasp_from_json(const json& object, const std::string& where) {
   check_schema(object, grasp_schema, where);
-  if (object.contains("points_m"))
-    throw UserError(Fault::input, where, "it is a net of points ('points_m')",
-                    "only hands with joints can be read");
   Grasp grasp;
   grasp.hand = text(object, "hand", where);
   grasp.object = text(object, "object", where);
   if (object.contains("heuristic")) grasp.heuristic = text(object, "heuristic", where);
   grasp.X_OH = pose_from_json(member(object, "X_OH", where), where + ": X_OH");
-  member(object, "joints_rad", where);
+  if (object.contains("force_closure")) grasp.force_closure = text(object, "force_closure", where);
+  if (object.contains("points_m"))
+    grasp.points_O = points(object, "points_m", where);
+  else
+    member(object, "joints_rad", where);
   grasp.joints_rad = numbers(object, "joints_rad", where);
   grasp.pregrasp_joints_rad = numbers(object, "pregrasp_joints_rad", where);
   grasp.scores = numbers(object, "scores", where);

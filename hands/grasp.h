@@ -17,7 +17,9 @@ struct Grasp {
   std::string heuristic;  ///< what chose the place: "winding", "curvature", "random", or empty
   Pose X_OH = Pose::Identity();
   std::map<std::string, double> joints_rad, pregrasp_joints_rad;  ///< independent joints by name
-  std::map<std::string, double> scores;                           ///< NaN is null in the file
+  std::vector<Vec3> points_O;            ///< of a net of points, which has no joints; empty for a hand
+  std::map<std::string, double> scores;  ///< NaN is null in the file
+  std::string force_closure;             ///< "force closure" or the reason why not; empty: not asked
 };
 
 /// Best first. `rejected` counts the poses that a rule turned down, by the rule's name.
@@ -41,8 +43,7 @@ Pose pose_from_json(const nlohmann::json& json, const std::string& where);
 Pose file_pose(const Pose& pose);
 
 nlohmann::json to_json(const Grasp& grasp);
-/// UserError (input) naming the file and the key. A net of points (`points_m`) is refused: no hand here is
-/// one.
+/// UserError (input) naming the file and the key. Either `joints_rad` or, of a net of points, `points_m`.
 Grasp grasp_from_json(const nlohmann::json& json, const std::string& where);
 /// A file of one grasp or of a list ("geocage-grasps 1").
 GraspSet read_grasps(const std::filesystem::path& file);

@@ -73,7 +73,9 @@ std::string_view artefact_kind(const Scores*) {
 }
 
 void save_artefact(const Scores& scores, const fs::path& dir) {
-  geometry::write_ply(dir / "scores.ply", scores.mesh, columns_of(scores.ball));
+  std::vector<VertexField> columns = columns_of(scores.ball);
+  if (!scores.mesh.observed.empty()) columns.push_back({"observed", scores.mesh.observed});
+  geometry::write_ply(dir / "scores.ply", scores.mesh, columns);
   json list = json::array();
   for (const Candidate& c : scores.candidates) list.push_back(to_json(c));
   const json all = {
@@ -93,6 +95,8 @@ void load_artefact(Scores& scores, const fs::path& dir) {
   std::vector<VertexField> columns;
   scores.mesh = geometry::read_own_ply(dir / "scores.ply", &columns);
   scores.ball = ball_of(columns, meta["radius_m"]);
+  for (VertexField& column : columns)
+    if (column.name == "observed") scores.mesh.observed = std::move(column.values);
   for (const auto& c : meta["candidates"]) scores.candidates.push_back(candidate_of(c));
 }
 

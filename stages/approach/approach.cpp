@@ -263,7 +263,10 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
   set.trajectories.resize(grasps.grasps.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < grasps.grasps.size(); ++i)
-    set.trajectories[i] = Planner(params, field, support_cloud.support, hand, grasps.grasps[i]).plan();
+    if (!grasps.grasps[i].points_O.empty())
+      set.trajectories[i].outcome = "a net of points is laid, not moved";
+    else
+      set.trajectories[i] = Planner(params, field, support_cloud.support, hand, grasps.grasps[i]).plan();
 
   int by_aico = 0, by_script = 0;
   std::vector<double> clearances;

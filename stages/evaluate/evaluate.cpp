@@ -241,8 +241,8 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   std::vector<Posture> tested;
   for (const Evaluation& evaluation : all.list)
     if (evaluation.outcome != Outcome::rejected) tested.push_back(postures[evaluation.grasp]);
-  for (std::size_t i = 0; i < std::min<std::size_t>(postures.size(), params.null_grasps); ++i)
-    tested.push_back(far_away(hand, postures[i]));
+  const std::size_t controls = hand.net ? 0 : std::min<std::size_t>(postures.size(), params.null_grasps);
+  for (std::size_t i = 0; i < controls; ++i) tested.push_back(far_away(hand, postures[i]));
 
   const std::vector<PushTrial> trials = push_all(protocol, body, hand, tested, params.seed, run);
   std::span<const PushTrial> rest(trials);

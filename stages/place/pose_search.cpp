@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "hands/caging.h"
 #include "hands/closing.h"
+#include "hands/force_closure.h"
+#include "hands/measures.h"
+#include "topology/flux.h"
+#include "topology/loops.h"
 
 namespace geocage::stages {
 
@@ -16,8 +19,7 @@ using hands::PlacedCapsule;
 
 namespace {
 
-constexpr double margin_weight = 0.3;  // of the closure margin beside the blocked share (README)
-constexpr int most_lifts = 4;          // closing changes with the height, so one lift may call for another
+constexpr int most_lifts = 4;  // closing changes with the height, so one lift may call for another
 constexpr double lift_slack_m = 0.001;
 constexpr double palm_dent_m =
     0.01;  // how far a tip may reach between the palm's capsules before it touches one
@@ -30,25 +32,55 @@ Eigen::Matrix3d hand_frame(const Vec3& approach, const Vec3& flexion) {
   return frame;
 }
 
-/// Posture on the way from open to closed where the joints of `rank` have gone `share` of theirs; lower ranks
-/// first.
-Eigen::VectorXd on_the_way(const hands::Hand& hand, const Eigen::VectorXd& open,
-                           const Eigen::VectorXd& closed, std::size_t rank, double share) {
-  Eigen::VectorXd q = open;
-  for (const hands::Finger& finger : hand.fingers)
-    for (std::size_t i = 0; i < finger.dofs.size() && i <= rank; ++i) {
-      const int d = finger.dofs[i];
-      q[d] += (i < rank ? 1 : share) * (closed[d] - open[d]);
-    }
-  return q;
+hands::ClosingRule rule_of(const PlaceParams& params) {
+  hands::ClosingRule rule;
+  if (params.closing_order == "proximal_first") rule.order = hands::ClosingOrder::proximal_first;
+  if (params.closing_order == "together") rule.order = hands::ClosingOrder::together;
+  if (params.closing_order == "breakaway") rule.order = hands::ClosingOrder::breakaway;
+  return rule;
+}
+
+bool same_line(const PoseChoice& a, const PoseChoice& b) {
+  return a.p_O == b.p_O && a.approach_O == b.approach_O && a.flexion_O == b.flexion_O &&
+         a.roll_rad == b.roll_rad;
+}
+
+/// What a grasp tells about where it came from.
+std::map<std::string, double> origin_of(const topology::Candidate& candidate, const PoseChoice& choice) {
+  return {{"score", candidate.score},
+          {"vertex", candidate.vertex},
+          {"winding_angle_rad", candidate.winding_angle_rad},
+          {"curvature_sum_rad", candidate.curvature_sum_rad},
+          {"euler", candidate.euler},
+          {"gap_m", choice.gap_m},
+          {"roll_rad", choice.roll_rad},
+          {"spread_rad", choice.spread_rad}};
 }
 
 }  // namespace
 
-PoseSearch::PoseSearch(const PlaceParams& params, const geometry::SignedDistanceField& field,
-                       const std::optional<geometry::Plane>& support, const Vec3& center_of_mass_O,
+PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores,
+                       const geometry::SignedDistanceField& field,
+                       const std::optional<geometry::Plane>& support, const geometry::Occupancy& occupancy,
                        const hands::Hand& hand)
-    : params_(params), field_(field), support_(support), center_of_mass_O_(center_of_mass_O), hand_(hand) {
+    : params_(params),
+      scores_(scores),
+      field_(field),
+      support_(support),
+      hand_(hand),
+      rule_(rule_of(params)),
+      center_of_mass_O_(geometry::mass_properties(scores.mesh).center) {
+  for (const Vec3& p : scores.mesh.vertices)
+    torque_length_m_ = std::max(torque_length_m_, (p - center_of_mass_O_).norm());
+  if (params.measures && geometry::check_mesh(scores.mesh).euler < 2)
+    for (topology::SurfaceLoop& loop : topology::handle_loops(scores.mesh))
+      handles_O_.push_back(std::move(loop.path));
+  const geometry::OccupiedCells cells = geometry::occupied_cells(occupancy);
+  obstacle_m_ = cells.side_m / 2;
+  for (const Vec3& p : cells.centers_O)
+    if (field.value(p) > params.occupied_clearance_m &&
+        (!support || support->height_m(p) > params.occupied_clearance_m))
+      obstacles_O_.push_back(p);
   const auto moves = [&](int link) {
     return std::any_of(hand.fingers.begin(), hand.fingers.end(), [&](const hands::Finger& finger) {
       return std::find(finger.links.begin(), finger.links.end(), link) != finger.links.end();
@@ -61,8 +93,8 @@ PoseSearch::PoseSearch(const PlaceParams& params, const geometry::SignedDistance
     for (const Vec3& end : {all[i].a, all[i].b})
       far_m_ = std::max(far_m_, (end - hand.palm_H).norm() + all[i].radius_m);
   }
-  const Eigen::Vector3i cells(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
-  far_m_ += field.cell_m * cells.cast<double>().norm();
+  const Eigen::Vector3i box(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
+  far_m_ += field.cell_m * box.cast<double>().norm();
 }
 
 std::vector<PlacedCapsule> PoseSearch::capsules(const Pose& X_OH, const Eigen::VectorXd& q) const {
@@ -73,88 +105,84 @@ std::vector<PlacedCapsule> PoseSearch::capsules(const Pose& X_OH, const Eigen::V
   return placed;
 }
 
-std::optional<PoseSearch::Way> PoseSearch::way(const topology::Candidate& candidate,
-                                               const std::string& approach) const {
-  Vec3 direction = -candidate.n_O;
-  if (approach == "center") {
-    direction = candidate.center_O - candidate.p_O;
-    direction -= direction.dot(candidate.axis_O) * candidate.axis_O;
-  }
-  if (direction.norm() < 0.001) return std::nullopt;  // the centre lies on the surface
-  direction.normalize();
-  return Way{direction, direction.cross(center_of_mass_O_ - candidate.p_O).norm()};
+double PoseSearch::com_offset_m(const PoseChoice& choice) const {
+  return choice.approach_O.cross(center_of_mass_O_ - choice.p_O).norm();
 }
 
-/// The hand on the line through the candidate, its palm towards it, where palm or knuckles first touch.
-std::optional<Pose> PoseSearch::first_contact(const topology::Candidate& candidate, const Vec3& approach_O,
-                                              double roll_rad) const {
-  Vec3 flexion_O = candidate.axis_O - candidate.axis_O.dot(approach_O) * approach_O;
-  if (flexion_O.norm() < 0.1) flexion_O = approach_O.unitOrthogonal();
-  flexion_O = Eigen::AngleAxisd(roll_rad, approach_O) * flexion_O.normalized();
+/// The hand on the line of the choice, its palm ahead, where palm or knuckles first touch.
+std::optional<Pose> PoseSearch::first_contact(const PoseChoice& choice) const {
+  const Vec3 flexion_O = Eigen::AngleAxisd(choice.roll_rad, choice.approach_O) * choice.flexion_O;
   Pose X_OH = Pose::Identity();
-  X_OH.linear() =
-      hand_frame(approach_O, flexion_O) * hand_frame(hand_.approach_H, hand_.flexion_axis_H).transpose();
-  X_OH.translation() = candidate.p_O - far_m_ * approach_O - X_OH.linear() * hand_.palm_H;
+  X_OH.linear() = hand_frame(choice.approach_O, flexion_O) *
+                  hand_frame(hand_.approach_H, hand_.flexion_axis_H).transpose();
+  X_OH.translation() = choice.p_O - far_m_ * choice.approach_O - X_OH.linear() * hand_.palm_H;
   const auto all = capsules(X_OH, hand_.open_rad);
   std::vector<PlacedCapsule> base;
   for (int i : base_) base.push_back(all[i]);
-  const auto travel_m = hands::free_travel_m(field_, base, approach_O, far_m_ + palm_dent_m);
+  const auto travel_m = hands::free_travel_m(field_, base, choice.approach_O, far_m_ + palm_dent_m);
   if (!travel_m) return std::nullopt;
-  X_OH.translation() += *travel_m * approach_O;
+  X_OH.translation() += *travel_m * choice.approach_O;
   return X_OH;
 }
 
 /// The open posture, its first joints opened further until the whole hand is free.
-std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, double spread_rad) const {
+std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, const PoseChoice& choice) const {
   const auto& tree = hand_.tree;
   Eigen::VectorXd q = hand_.open_rad;
   if (!hand_.spread_dof.empty()) {
     const int d = tree.dof(hand_.spread_dof);
-    q[d] = std::clamp(spread_rad, tree.lower_rad[d], tree.upper_rad[d]);
+    q[d] = std::clamp(choice.spread_rad, tree.lower_rad[d], tree.upper_rad[d]);
   }
-  for (;;) {
-    const auto placed = capsules(X_OH, q);
-    const auto free = [&](const PlacedCapsule& capsule) {
-      return hands::capsule_distance(field_, capsule).distance_m >= params_.open_clearance_m;
-    };
-    if (std::all_of(placed.begin(), placed.end(), free)) return q;
+  const auto open = [&](double angle) {
     const Eigen::VectorXd before = q;
     for (const hands::Finger& finger : hand_.fingers) {
       const int d = finger.dofs.front();
-      q[d] = std::clamp(q[d] - params_.opening_step_rad * hand_.closing_rad[d], tree.lower_rad[d],
-                        tree.upper_rad[d]);
+      q[d] = std::clamp(q[d] - angle * hand_.closing_rad[d], tree.lower_rad[d], tree.upper_rad[d]);
     }
-    if (q == before) return std::nullopt;
-  }
+    return q != before;
+  };
+  if (choice.opened_rad != 0) open(choice.opened_rad);
+  do {
+    const auto placed = capsules(X_OH, q);
+    const auto free = [&](const PlacedCapsule& capsule) {
+      return hands::capsule_distance_bound_m(field_, capsule) >= params_.open_clearance_m ||
+             hands::capsule_distance(field_, capsule).distance_m >= params_.open_clearance_m;
+    };
+    if (std::all_of(placed.begin(), placed.end(), free)) return q;
+  } while (open(params_.opening_step_rad));
+  return std::nullopt;
 }
 
-/// Lowest point of the hand over the support while it closes; infinite without support.
-double PoseSearch::lowest_m(const Pose& X_OH, const Eigen::VectorXd& open,
-                            const Eigen::VectorXd& closed) const {
-  constexpr int samples = 8;
+/// Lowest point of the hand over the support in any of the postures; infinite without support.
+double PoseSearch::lowest_m(const std::vector<Eigen::VectorXd>& postures, const Pose& X_OH) const {
   double lowest = std::numeric_limits<double>::infinity();
   if (!support_) return lowest;
-  std::size_t ranks = 0;
-  for (const hands::Finger& finger : hand_.fingers) ranks = std::max(ranks, finger.dofs.size());
-  for (std::size_t rank = 0; rank < ranks; ++rank)
-    for (int k = 0; k <= samples; ++k)
-      for (const PlacedCapsule& capsule :
-           capsules(X_OH, on_the_way(hand_, open, closed, rank, k / double{samples})))
-        lowest = std::min({lowest, support_->height_m(capsule.a) - capsule.radius_m,
-                           support_->height_m(capsule.b) - capsule.radius_m});
+  for (const Eigen::VectorXd& q : postures)
+    for (const PlacedCapsule& capsule : capsules(X_OH, q))
+      lowest = std::min({lowest, support_->height_m(capsule.a) - capsule.radius_m,
+                         support_->height_m(capsule.b) - capsule.radius_m});
   return lowest;
 }
 
+bool PoseSearch::meets_obstacle(const std::vector<PlacedCapsule>& placed) const {
+  return std::any_of(obstacles_O_.begin(), obstacles_O_.end(), [&](const Vec3& p) {
+    const PlacedCapsule cell{p, p, obstacle_m_};
+    return std::any_of(placed.begin(), placed.end(),
+                       [&](const PlacedCapsule& capsule) { return hands::capsule_gap_m(cell, capsule) < 0; });
+  });
+}
+
 /// Opens and closes the hand at X_OH, lifting it off the support where it comes too near.
-std::string PoseSearch::close_above_support(Pose& X_OH, double spread_rad, Closing& closing) const {
+std::string PoseSearch::close_above_support(Pose& X_OH, const PoseChoice& choice, Closing& closing) const {
   for (int attempt = 0; attempt < most_lifts; ++attempt) {
-    const auto open = free_preshape(X_OH, spread_rad);
+    const auto open = free_preshape(X_OH, choice);
     if (!open) return "open hand collides";
     closing.open = *open;
-    double missing_m = params_.support_clearance_m - lowest_m(X_OH, *open, *open);
+    double missing_m = params_.support_clearance_m - lowest_m({*open}, X_OH);
     if (missing_m <= 0) {
-      closing.hand = hands::close_hand(hand_, field_, X_OH, *open, {});
-      missing_m = params_.support_clearance_m - lowest_m(X_OH, *open, closing.hand.q);
+      std::vector<Eigen::VectorXd> path;
+      closing.hand = hands::close_hand(hand_, field_, X_OH, *open, rule_, support_ ? &path : nullptr);
+      missing_m = params_.support_clearance_m - lowest_m(path, X_OH);
     }
     if (missing_m <= 0) return {};
     closing.lift_m += missing_m + lift_slack_m;
@@ -164,75 +192,118 @@ std::string PoseSearch::close_above_support(Pose& X_OH, double spread_rad, Closi
   return "too near the support";
 }
 
-std::string PoseSearch::try_pose(Pose X_OH, double spread_rad, hands::Grasp& grasp) const {
+std::string PoseSearch::try_pose(Pose X_OH, const PoseChoice& choice, hands::Grasp& grasp) const {
   Closing closing;
-  const std::string rule = close_above_support(X_OH, spread_rad, closing);
+  const std::string rule = close_above_support(X_OH, choice, closing);
   if (!rule.empty()) return rule;
+  const Vec3 reach_from(params_.reach_from_m[0], params_.reach_from_m[1], params_.reach_from_m[2]);
+  if (params_.max_reach_m > 0 && (X_OH.translation() - reach_from).norm() > params_.max_reach_m)
+    return "out of reach";
   const hands::ClosedHand& closed = closing.hand;
   const int needed = std::min(params_.min_fingers, static_cast<int>(hand_.fingers.size()));
   if (closed.fingers_touching < needed) return "too few fingers touch";
   if (closed.penetration_m > params_.max_penetration_m) return "penetrates";
-  const double blocked = hands::blocked_share(field_, capsules(X_OH, closed.q));
+  const auto placed = capsules(X_OH, closed.q);
+  if (meets_obstacle(placed) || meets_obstacle(capsules(X_OH, closing.open)))
+    return "meets known occupied space";
+  const double blocked = hands::blocked_share(field_, placed, params_.escape_m);
   if (blocked < params_.min_blocked_share) return "leaves a way out";
-  const double margin = hands::closure_margin(closed.contacts);
   grasp.hand = hand_.name;
   grasp.object = params_.object;
   grasp.X_OH = hands::file_pose(X_OH);
   grasp.joints_rad = hands::joint_map(hand_.tree, closed.q);
   grasp.pregrasp_joints_rad = hands::joint_map(hand_.tree, closing.open);
-  grasp.scores = {{"rank", blocked + margin_weight * margin},
+  rate(closed, blocked, grasp);
+  grasp.scores["lift_m"] = closing.lift_m;
+  return {};
+}
+
+void PoseSearch::rate(const hands::ClosedHand& closed, double blocked, hands::Grasp& grasp) const {
+  const double margin = hands::closure_margin(closed.contacts);
+  double rank = blocked + params_.margin_weight * margin;
+  if (params_.rank_by == "flux") rank = flux(grasp.X_OH, closed.q);
+  grasp.scores = {{"rank", rank},
                   {"blocked_share", blocked},
                   {"closure_margin", margin},
                   {"fingers", closed.fingers_touching},
                   {"contacts", static_cast<double>(closed.contacts.size())},
-                  {"penetration_m", closed.penetration_m},
-                  {"lift_m", closing.lift_m}};
-  return {};
+                  {"penetration_m", closed.penetration_m}};
 }
 
-CandidatePoses PoseSearch::search(const topology::Candidate& candidate, double ball_radius_m) const {
+/// Share of the object's field lines that the hand's sheet catches.
+double PoseSearch::flux(const Pose& X_OH, const Eigen::VectorXd& q) const {
+  const auto lines = hands::finger_lines(hand_, X_OH, q);
+  const auto sheet = hands::hand_sheet(lines, X_OH * hand_.palm_H, X_OH.linear() * hand_.approach_H);
+  return std::abs(topology::flux_share(scores_.mesh, sheet));
+}
+
+/// The rule that turns the choice down, or empty and the grasp in `grasp`. `contact` is where the palm first
+/// touches.
+std::string PoseSearch::try_choice(const PoseChoice& choice, const std::optional<Pose>& contact,
+                                   hands::Grasp& grasp) const {
+  if (!contact) return "palm meets nothing";
+  Pose X_OH = *contact;
+  X_OH.translation() -= choice.gap_m * choice.approach_O;
+  return try_pose(X_OH, choice, grasp);
+}
+
+CandidatePoses PoseSearch::search(const topology::Candidate& candidate) const {
   CandidatePoses poses;
-  const int rolls = candidate.heuristic == "winding" ? params_.rolls_winding : params_.rolls_curvature;
-  const int poses_a_roll = static_cast<int>(params_.gaps_m.size() * params_.spreads_rad.size());
-  const auto reject = [&](const std::string& rule, int count) { poses.rejected[rule] += count; };
-  for (const std::string& approach : params_.approaches) {
-    poses.tried += rolls * poses_a_roll;
-    const auto line = way(candidate, approach);
-    if (!line || line->com_offset_m > params_.max_com_offset_m) {
-      reject(line ? "far from the centre of mass" : "no direction to the ball's centre",
-             rolls * poses_a_roll);
+  PoseList list = listed_poses(params_, candidate, scores_.mesh);
+  const auto samples = local_poses(params_, list, candidate);
+  list.choices.insert(list.choices.end(), samples.begin(), samples.end());
+  poses.tried = static_cast<int>(list.choices.size()) + list.no_direction;
+  if (list.no_direction > 0) poses.rejected["no direction to the ball's centre"] = list.no_direction;
+  const auto& observed = scores_.mesh.observed;
+  const bool unseen = !observed.empty() && observed[candidate.vertex] < params_.min_observed;
+  const PoseChoice* before = nullptr;
+  std::optional<Pose> contact;
+  for (const PoseChoice& choice : list.choices) {
+    const double offset_m = com_offset_m(choice);
+    hands::Grasp grasp;
+    std::string rule = unseen ? "never observed" : "far from the centre of mass";
+    if (!unseen && offset_m <= params_.max_com_offset_m) {
+      if (!before || !same_line(*before, choice)) contact = first_contact(choice);
+      before = &choice;
+      rule = try_choice(choice, contact, grasp);
+    }
+    if (!rule.empty()) {
+      ++poses.rejected[rule];
       continue;
     }
-    for (int roll = 0; roll < rolls; ++roll) {
-      const double roll_rad = 2 * std::numbers::pi * roll / rolls;
-      const auto contact = first_contact(candidate, line->approach_O, roll_rad);
-      if (!contact) reject("palm meets nothing", poses_a_roll);
-      for (std::size_t i = 0; contact && i < params_.gaps_m.size(); ++i)
-        for (double spread_rad : params_.spreads_rad) {
-          Pose X_OH = *contact;
-          X_OH.translation() -= params_.gaps_m[i] * line->approach_O;
-          hands::Grasp grasp;
-          const std::string rule = try_pose(X_OH, spread_rad, grasp);
-          if (!rule.empty()) {
-            reject(rule, 1);
-            continue;
-          }
-          grasp.heuristic = candidate.heuristic;
-          grasp.scores.merge(std::map<std::string, double>{{"score", candidate.score},
-                                                           {"vertex", candidate.vertex},
-                                                           {"winding_angle_rad", candidate.winding_angle_rad},
-                                                           {"curvature_sum_rad", candidate.curvature_sum_rad},
-                                                           {"euler", candidate.euler},
-                                                           {"ball_radius_m", ball_radius_m},
-                                                           {"com_offset_m", line->com_offset_m},
-                                                           {"gap_m", params_.gaps_m[i]},
-                                                           {"roll_rad", roll_rad},
-                                                           {"spread_rad", spread_rad}});
-          poses.grasps.push_back(std::move(grasp));
-        }
-    }
+    grasp.heuristic = candidate.heuristic;
+    grasp.scores.merge(origin_of(candidate, choice));
+    grasp.scores["ball_radius_m"] = scores_.ball.radius_m;
+    grasp.scores["com_offset_m"] = offset_m;
+    poses.grasps.push_back(std::move(grasp));
   }
   return poses;
+}
+
+void PoseSearch::measure(hands::Grasp& grasp, const topology::Candidate& candidate) const {
+  const Eigen::VectorXd q = hands::joint_vector(hand_.tree, grasp.joints_rad, "a grasp");
+  const auto placed = capsules(grasp.X_OH, q);
+  const auto contacts = hands::contacts_of(hand_, field_, placed, rule_.contact_m);
+  const auto lines = hands::finger_lines(hand_, grasp.X_OH, q);
+  const Vec3 axis =
+      candidate.axis_O.norm() > 0.5 ? candidate.axis_O : Vec3(grasp.X_OH.linear() * hand_.flexion_axis_H);
+  const auto wraps = hands::wrap_angles_rad(lines, candidate.center_O, axis);
+  for (std::size_t i = 0; i < wraps.size(); ++i) grasp.scores["wrap_rad." + hand_.fingers[i].name] = wraps[i];
+  grasp.scores["contact_wrap_rad"] = hands::contact_wrap_rad(contacts, candidate.center_O, axis);
+  grasp.scores["enclosed_share"] = hands::enclosed_share(placed, candidate.center_O);
+  const auto loops = hands::hand_loops(lines, grasp.X_OH * hand_.palm_H);
+  grasp.scores["handle_linking"] = hands::handle_linking(loops, handles_O_);
+  grasp.scores["axis_linking"] = hands::axis_linking(loops, candidate.center_O, axis);
+  grasp.scores["flux_share"] = flux(grasp.X_OH, q);
+  const hands::FrictionModel model{params_.friction_mu, params_.friction_edges, center_of_mass_O_,
+                                   torque_length_m_};
+  const auto closure = hands::force_closure(contacts, model);
+  grasp.force_closure = hands::name_of(closure.outcome);
+  grasp.scores["ferrari_canny_low"] = closure.low;
+  grasp.scores["ferrari_canny_high"] = closure.high;
+  grasp.scores["wrench_volume"] = closure.volume;
+  grasp.scores["friction_mu"] = params_.friction_mu;
+  grasp.scores["torque_length_m"] = torque_length_m_;
 }
 
 }  // namespace geocage::stages

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "hands/closing.h"
-#include "stages/place/place.h"
+#include "stages/place/pose_list.h"
+#include "topology/polyline.h"
 
 namespace geocage::stages {
 
@@ -19,43 +20,51 @@ struct CandidatePoses {
 /// All that the poses of one object and one hand share. Constant while it searches: threads may share it.
 class PoseSearch {
  public:
-  PoseSearch(const PlaceParams& params, const geometry::SignedDistanceField& field,
-             const std::optional<geometry::Plane>& support, const geometry::Vec3& center_of_mass_O,
-             const hands::Hand& hand);
+  PoseSearch(const PlaceParams& params, const topology::Scores& scores,
+             const geometry::SignedDistanceField& field, const std::optional<geometry::Plane>& support,
+             const geometry::Occupancy& occupancy, const hands::Hand& hand);
 
   /// Tries every pose of a candidate.
-  CandidatePoses search(const topology::Candidate& candidate, double ball_radius_m) const;
+  CandidatePoses search(const topology::Candidate& candidate) const;
+
+  /// Adds to the scores of a grasp what only those that are kept need: wrap, enclosure, linking, force
+  /// closure.
+  void measure(hands::Grasp& grasp, const topology::Candidate& candidate) const;
 
  private:
-  struct Way {
-    geometry::Vec3 approach_O;
-    double com_offset_m;  ///< of the centre of mass from the line through the candidate along the approach
-  };
-
   struct Closing {
     Eigen::VectorXd open;
     hands::ClosedHand hand;
     double lift_m = 0;
   };
 
-  std::optional<Way> way(const topology::Candidate& candidate, const std::string& approach) const;
-  std::optional<geometry::Pose> first_contact(const topology::Candidate& candidate,
-                                              const geometry::Vec3& approach_O, double roll_rad) const;
-  std::optional<Eigen::VectorXd> free_preshape(const geometry::Pose& X_OH, double spread_rad) const;
-  double lowest_m(const geometry::Pose& X_OH, const Eigen::VectorXd& open,
-                  const Eigen::VectorXd& closed) const;
-  std::string close_above_support(geometry::Pose& X_OH, double spread_rad, Closing& closing) const;
+  double com_offset_m(const PoseChoice& choice) const;
+  std::optional<geometry::Pose> first_contact(const PoseChoice& choice) const;
+  std::optional<Eigen::VectorXd> free_preshape(const geometry::Pose& X_OH, const PoseChoice& choice) const;
+  double lowest_m(const std::vector<Eigen::VectorXd>& postures, const geometry::Pose& X_OH) const;
+  bool meets_obstacle(const std::vector<hands::PlacedCapsule>& placed) const;
+  std::string close_above_support(geometry::Pose& X_OH, const PoseChoice& choice, Closing& closing) const;
+  std::string try_choice(const PoseChoice& choice, const std::optional<geometry::Pose>& contact,
+                         hands::Grasp& grasp) const;
   /// The rule that turns the pose down, or empty and the grasp in `grasp`.
-  std::string try_pose(geometry::Pose X_OH, double spread_rad, hands::Grasp& grasp) const;
+  std::string try_pose(geometry::Pose X_OH, const PoseChoice& choice, hands::Grasp& grasp) const;
+  void rate(const hands::ClosedHand& closed, double blocked, hands::Grasp& grasp) const;
+  double flux(const geometry::Pose& X_OH, const Eigen::VectorXd& q) const;
   std::vector<hands::PlacedCapsule> capsules(const geometry::Pose& X_OH, const Eigen::VectorXd& q) const;
 
   const PlaceParams& params_;
+  const topology::Scores& scores_;
   const geometry::SignedDistanceField& field_;
   const std::optional<geometry::Plane>& support_;
-  geometry::Vec3 center_of_mass_O_;
   const hands::Hand& hand_;
-  std::vector<int> base_;  ///< capsules that no finger's joint moves: palm and knuckles
-  double far_m_ = 0;       ///< the base is free of the object when the palm is that far from a surface point
+  hands::ClosingRule rule_;
+  geometry::Vec3 center_of_mass_O_;
+  double torque_length_m_ = 0;                 ///< largest distance of the surface from the centre of mass
+  std::vector<topology::Polyline> handles_O_;  ///< loops around the object's handles and through their holes
+  std::vector<geometry::Vec3> obstacles_O_;    ///< centres of known occupied cells that are not the object's
+  double obstacle_m_ = 0;                      ///< half a cell's side
+  std::vector<int> base_;                      ///< capsules that no finger's joint moves: palm and knuckles
+  double far_m_ = 0;  ///< the base is free of the object when the palm is that far from a surface point
 };
 
 }  // namespace geocage::stages

@@ -194,6 +194,39 @@ TEST(CloseHand, StopsAtItsLimitsOrItselfWhenThereIsNothing) {
   }
 }
 
+TEST(CloseHand, GoesOneWayInsideItsLimitsInEveryOrder) {
+  const Hand hand = load_hand("schunk_sdh");
+  const auto field = sphere(Vec3(0.01, 0.005, 0.17), 0.03);
+  for (const ClosingOrder order :
+       {ClosingOrder::proximal_first, ClosingOrder::together, ClosingOrder::breakaway}) {
+    ClosingRule rule;
+    rule.order = order;
+    std::vector<Eigen::VectorXd> path;
+    const ClosedHand closed = close_hand(hand, field, Pose::Identity(), hand.open_rad, rule, &path);
+    ASSERT_GT(path.size(), 10u);
+    EXPECT_EQ(path.front(), hand.open_rad);
+    EXPECT_EQ(path.back(), closed.q);
+    EXPECT_EQ(closed.fingers_touching, 3);
+    EXPECT_LE(closed.penetration_m, 0.0005);
+    const int proximal = hand.tree.dof("thumb_2"), distal = hand.tree.dof("thumb_3");
+    bool distal_moves_first = false;
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      const Eigen::VectorXd move = path[i] - path[i - 1];
+      EXPECT_GE(move.cwiseProduct(hand.closing_rad).minCoeff(), 0) << "monotone";
+      EXPECT_LE(move.cwiseAbs().maxCoeff(), rule.step_rad + 1e-12);
+      EXPECT_GE((hand.tree.upper_rad - path[i]).minCoeff(), -1e-12);
+      distal_moves_first |=
+          path[i][distal] > hand.open_rad[distal] && path[i][proximal] < closed.q[proximal] - 0.05;
+      if (order == ClosingOrder::breakaway && closed.q[proximal] - path[i][proximal] > 1e-9) {
+        EXPECT_NEAR(path[i][distal] - hand.open_rad[distal], path[i][proximal] - hand.open_rad[proximal],
+                    1e-9)
+            << "one proportion until the proximal joint is stopped";
+      }
+    }
+    EXPECT_EQ(distal_moves_first, order != ClosingOrder::proximal_first);
+  }
+}
+
 TEST(CloseHand, NeverPenetratesAnywhere) {
   const Hand hand = load_hand("schunk_sdh");
   const auto torus =

@@ -116,6 +116,7 @@ TEST(GraspFile, RefusesByFileAndKey) {
   expect(R"([{"op": "replace", "path": "/joints_rad/knuckle", "value": "x"}])", {"joints_rad.knuckle"});
   expect(R"([{"op": "remove", "path": "/joints_rad"}])", {"joints_rad"});
   expect(R"([{"op": "add", "path": "/points_m", "value": []}])", {"points_m"});
+  expect(R"([{"op": "add", "path": "/points_m", "value": [[0, 1]]}])", {"points_m[0]", "3 numbers"});
   const tests::ScratchFolder scratch;
   std::ofstream(scratch.path() / "g.json") << "{\"schema\": ";
   EXPECT_THROW(read_grasps(scratch.path() / "g.json"), pipeline::UserError);

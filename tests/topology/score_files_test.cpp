@@ -41,11 +41,13 @@ bool same(double a, double b) {
 
 TEST(ScoreFiles, ReadBackExactly) {
   const tests::ScratchFolder folder;
-  const Scores written = some_scores();
+  Scores written = some_scores();
+  written.mesh.observed.assign(written.mesh.vertices.size(), 1.0 / 3);
   save_artefact(written, folder.path());
   Scores read;
   load_artefact(read, folder.path());
   EXPECT_EQ(read.mesh.vertices, written.mesh.vertices);
+  EXPECT_EQ(read.mesh.observed, written.mesh.observed);
   EXPECT_EQ(read.mesh.triangles, written.mesh.triangles);
   EXPECT_EQ(read.ball.curvature_sum_rad, written.ball.curvature_sum_rad);
   EXPECT_EQ(read.ball.axis, written.ball.axis);

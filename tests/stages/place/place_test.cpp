@@ -22,6 +22,7 @@ struct Scene {
   topology::Scores scores;
   geometry::SignedDistanceField field;
   geometry::PointCloud cloud;
+  geometry::Occupancy occupancy;
   hands::Hand hand = hands::load_hand("schunk_sdh");
   pipeline::Run run;
 
@@ -43,7 +44,7 @@ struct Scene {
   }
 
   hands::GraspSet place(const PlaceParams& params = {}) {
-    return stages::place(params, run, scores, field, cloud, hand);
+    return stages::place(params, run, scores, field, cloud, occupancy, hand);
   }
 
   std::vector<hands::PlacedCapsule> capsules(const hands::Grasp& grasp,
@@ -169,6 +170,183 @@ TEST(Place, NoGraspIsAResultWithItsReasons) {
       << "50 mm from the line";
   scene.scores.candidates.clear();
   EXPECT_TRUE(scene.place().grasps.empty());
+}
+
+/// No limit on the number of grasps, and nothing measured: hulls take their time.
+PlaceParams everything() {
+  PlaceParams params;
+  params.max_per_candidate = params.max_grasps = 1000;
+  params.measures = false;
+  return params;
+}
+
+TEST(Place, MeasuresWhatItKeeps) {
+  Scene scene;
+  const auto set = scene.place();
+  ASSERT_FALSE(set.grasps.empty());
+  for (const auto& grasp : set.grasps) {
+    const auto& scores = grasp.scores;
+    EXPECT_GT(scores.at("axis_linking"), 0.5) << "the fingers go round the cylinder";
+    EXPECT_GT(scores.at("contact_wrap_rad"), 3) << "more than half a turn";
+    EXPECT_GT(scores.at("wrap_rad.thumb"), 0.5);
+    EXPECT_GT(scores.at("enclosed_share"), 0.2);
+    EXPECT_GT(scores.at("flux_share"), 0.1);
+    EXPECT_LE(scores.at("ferrari_canny_low"), scores.at("ferrari_canny_high"));
+    // The farthest surface point from the centre: the rim of a cap.
+    EXPECT_NEAR(scores.at("torque_length_m"), std::hypot(radius_m, half_height_m), 1e-9);
+    EXPECT_EQ(grasp.force_closure, "force closure") << "friction 0.6 and contacts all round";
+    EXPECT_GT(scores.at("ferrari_canny_low"), 0);
+    EXPECT_GT(scores.at("wrench_volume"), 0);
+  }
+  PlaceParams slippery;
+  slippery.friction_mu = 0;
+  for (const auto& grasp : scene.place(slippery).grasps) {
+    EXPECT_NE(grasp.force_closure, "force closure")
+        << "nothing keeps it from sliding along its axis or turning";
+    EXPECT_EQ(grasp.scores.at("ferrari_canny_low"), 0);
+  }
+}
+
+TEST(Place, LocalSearchAddsItsPosesAndIsTheSameAgain) {
+  Scene scene;
+  PlaceParams params = everything();
+  const auto listed = scene.place(params);
+  params.local_samples = 60;
+  const auto searched = scene.place(params);
+  EXPECT_EQ(scene.run.metrics().at("poses"), 2 * 2 * 2 * 2 + 60);
+  EXPECT_GT(searched.grasps.size(), listed.grasps.size());
+  EXPECT_GE(searched.grasps[0].scores.at("rank"), listed.grasps[0].scores.at("rank"));
+  bool tilted = false;
+  for (const auto& grasp : searched.grasps)
+    tilted |= std::abs((grasp.X_OH.linear() * Vec3::UnitZ()).dot(Vec3::UnitX()) + 1) > 0.01;
+  EXPECT_TRUE(tilted);
+  const auto again = scene.place(params);
+  ASSERT_EQ(again.grasps.size(), searched.grasps.size());
+  for (std::size_t i = 0; i < again.grasps.size(); ++i)
+    EXPECT_EQ(again.grasps[i].X_OH.matrix(), searched.grasps[i].X_OH.matrix());
+  params.seed = 2;
+  const auto other = scene.place(params);
+  EXPECT_TRUE(other.grasps.size() != searched.grasps.size() ||
+              other.grasps.back().X_OH.matrix() != searched.grasps.back().X_OH.matrix());
+}
+
+TEST(Place, RefusesOccupiedSpaceUnseenSurfaceAndWhatIsOutOfReach) {
+  Scene scene;
+  const auto free = scene.place(everything());
+  ASSERT_FALSE(free.grasps.empty());
+  geometry::PointCloud post;  // a rod along the approach, where the palm would be
+  for (int i = 0; i < 40; ++i) post.points.emplace_back(radius_m + 0.03 + 0.0025 * i, 0, 0);
+  scene.occupancy = geometry::map_of_rays(post, 0.005);
+  auto refused = scene.place(everything());
+  EXPECT_TRUE(refused.grasps.empty());
+  EXPECT_EQ(refused.rejected.at("meets known occupied space"), static_cast<int>(free.grasps.size()));
+  for (Vec3& p : post.points) p.x() = -0.5;  // and far away
+  scene.occupancy = geometry::map_of_rays(post, 0.005);
+  EXPECT_EQ(scene.place(everything()).grasps.size(), free.grasps.size());
+
+  scene.scores.mesh.observed.assign(scene.scores.mesh.vertices.size(), 0.05);
+  refused = scene.place(everything());
+  EXPECT_TRUE(refused.grasps.empty());
+  EXPECT_EQ(refused.rejected.at("never observed"), 16);
+  scene.scores.mesh.observed.clear();
+
+  PlaceParams near = everything();
+  near.reach_from_m = {-1, 0, 0};
+  near.max_reach_m = 1;
+  EXPECT_TRUE(scene.place(near).grasps.empty()) << "the hand stands at x > 35 mm";
+  EXPECT_GT(scene.place(near).rejected.at("out of reach"), 0);
+  near.max_reach_m = 1.5;
+  EXPECT_EQ(scene.place(near).grasps.size(), free.grasps.size());
+}
+
+TEST(Place, TurnsWithTheObject) {
+  const auto grasps_of = [](const Pose& X_AO) {
+    Scene scene;
+    for (Vec3& p : scene.scores.mesh.vertices) p = X_AO * p;
+    topology::Candidate& candidate = scene.scores.candidates[0];
+    for (Vec3* p : {&candidate.p_O, &candidate.center_O}) *p = X_AO * *p;
+    for (Vec3* d : {&candidate.n_O, &candidate.axis_O}) *d = X_AO.linear() * *d;
+    scene.field =
+        geometry::build_distance_field(scene.scores.mesh, {.cells = 64, .pad_m = 0.03, .refine = 3});
+    PlaceParams params = everything();
+    params.spreads_rad = {0};
+    return scene.place(params).grasps;
+  };
+  const Pose X_AO =
+      Eigen::Translation3d(0.2, -0.1, 0.3) * Eigen::AngleAxisd(0.9, Vec3(1, 2, -1).normalized());
+  const auto still = grasps_of(Pose::Identity()), turned = grasps_of(X_AO);
+  ASSERT_EQ(still.size(), turned.size());
+  for (const auto& grasp : still) {
+    // The same grasp in the other list: ranks are equal up to the field's error, so the order may differ.
+    double best_m = 1, best_rad = 1;
+    for (const auto& other : turned) {
+      const Pose error = grasp.X_OH.inverse() * X_AO.inverse() * other.X_OH;
+      if (error.translation().norm() >= best_m || !error.linear().isIdentity(1e-6)) continue;
+      best_m = error.translation().norm();
+      best_rad = 0;
+      for (const auto& [joint, value] : grasp.joints_rad)
+        best_rad = std::max(best_rad, std::abs(value - other.joints_rad.at(joint)));
+    }
+    EXPECT_LT(best_m, 0.0015) << "first contact is found in steps of 1 mm, the field is right to 0.1 mm";
+    EXPECT_LT(best_rad, 0.04) << "1.5 mm at the 0.05 m where a finger touches";
+  }
+}
+
+TEST(Place, AntipodalPairsOfABoxAreItsOppositeFaces) {
+  Scene scene;
+  scene.scores.mesh = datasets::box(Vec3(0.05, 0.08, 0.06), 8);
+  scene.scores.candidates.clear();
+  scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 48, .pad_m = 0.03, .refine = 2});
+  PlaceParams params = everything();
+  params.heuristics = {"antipodal"};
+  const auto set = scene.place(params);
+  ASSERT_FALSE(set.grasps.empty());
+  for (const auto& grasp : set.grasps) {
+    EXPECT_EQ(grasp.heuristic, "antipodal");
+    // Fingers close along x of the hand: across a pair of faces, up to the friction cone of the pair.
+    const Vec3 along = grasp.X_OH.linear() * Vec3::UnitX();
+    EXPECT_GT(along.cwiseAbs().maxCoeff(), std::cos(std::atan(params.friction_mu)) - 0.05);
+  }
+  EXPECT_TRUE(scene.place().grasps.empty()) << "no candidate, no grasp: antipodal is asked for by name";
+}
+
+TEST(Place, RankByFluxPrefersWhatEncloses) {
+  Scene scene;
+  PlaceParams params = everything();
+  params.rank_by = "flux";
+  const auto set = scene.place(params);
+  ASSERT_GT(set.grasps.size(), 1u);
+  for (std::size_t i = 0; i < set.grasps.size(); ++i) {
+    EXPECT_GT(set.grasps[i].scores.at("rank"), 0);
+    EXPECT_LT(set.grasps[i].scores.at("rank"), 1);
+    if (i > 0) {
+      EXPECT_GE(set.grasps[i - 1].scores.at("rank"), set.grasps[i].scores.at("rank"));
+    }
+  }
+}
+
+TEST(Place, LaysANetOfPoints) {
+  Scene scene;
+  scene.hand = hands::load_hand("net_of_points");
+  scene.scores.mesh = datasets::icosphere(0.03, 4);
+  scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 40, .pad_m = 0.03, .refine = 2});
+  topology::Candidate& candidate = scene.scores.candidates[0];
+  candidate.vertex = 17;
+  candidate.p_O = scene.scores.mesh.vertices[17];
+  candidate.n_O = candidate.p_O.normalized();
+  candidate.radius_m = 0.085;
+  const auto set = scene.place();
+  ASSERT_EQ(set.grasps.size(), 1u);
+  EXPECT_EQ(set.grasps[0].scores.at("blocked_share"), 1);
+  EXPECT_TRUE(set.grasps[0].joints_rad.empty());
+  EXPECT_GT(set.grasps[0].points_O.size(), 100u);
+  const tests::ScratchFolder folder;
+  save_artefact(set, folder.path());
+  hands::GraspSet read;
+  load_artefact(read, folder.path());
+  EXPECT_EQ(read.grasps.at(0).points_O, set.grasps[0].points_O);
+  candidate.radius_m = 0.01;
+  EXPECT_EQ(scene.place().rejected.at("leaves a way out"), 1);
 }
 
 TEST(Place, GivesTheSameBytesForAnyNumberOfThreads) {

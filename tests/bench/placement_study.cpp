@@ -1,0 +1,302 @@
+// Which centres and which poses make a closed hand cage? For every mesh of a folder:
+//   placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] [--only a,b,c]
+//   [--skip a,b,c]
+// Groups of centres (winding, curvature, random, window, ties; each with and without the centre-of-mass rule)
+// get the same budget: N centres, and for each 2 approaches x 4 rolls x 2 gaps x 2 spreads, or N poses of a
+// local search. One CSV line a centre; the summary on stdout has Wilson intervals over centres and paired
+// differences over objects (bootstrap of centres inside objects). Outcomes are distance queries: blk, the
+// share of 42 straight ways out that are blocked.
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "pipeline/error.h"
+#include "reports/statistics.h"
+#include "stages/balls/balls.h"
+#include "stages/place/place.h"
+#include "stages/remesh/remesh.h"
+#include "tests/bench/placement_centres.h"
+#include "tests/bench/study_objects.h"
+
+namespace geocage::bench {
+namespace {
+
+struct Options {
+  std::string folder, csv, hand = "schunk_sdh";
+  double radius_m = 0.06;
+  int centres = 24, local = 0;
+  std::vector<std::string> only, skip;
+};
+
+/// What the poses of one centre came to.
+struct Centre {
+  std::string object, group;
+  topology::Candidate candidate;
+  int poses = 0, valid = 0, full = 0;  ///< full: all ways out blocked
+  int sure = 0;                        ///< all blocked, with a closure margin of 0.2 at least
+  double best_blocked = 0, best_rank = -1, mean_blocked = 0;  ///< mean over all poses, invalid ones 0
+};
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::stringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+Options read_options(int argc, char** argv) {
+  Options options;
+  if (argc < 3) {
+    std::fprintf(stderr,
+                 "placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] "
+                 "[--only a,b] [--skip a,b]\n");
+    std::exit(2);
+  }
+  options.folder = argv[1];
+  options.csv = argv[2];
+  for (int i = 3; i + 1 < argc; i += 2) {
+    const std::string key = argv[i], value = argv[i + 1];
+    if (key == "--hand")
+      options.hand = value;
+    else if (key == "--radius")
+      options.radius_m = std::stod(value);
+    else if (key == "--centres")
+      options.centres = std::stoi(value);
+    else if (key == "--local")
+      options.local = std::stoi(value);
+    else if (key == "--only")
+      options.only = split(value);
+    else if (key == "--skip")
+      options.skip = split(value);
+    else
+      std::fprintf(stderr, "unknown option %s\n", key.c_str()), std::exit(2);
+  }
+  return options;
+}
+
+std::vector<Group> groups() {
+  std::vector<Group> all;
+  for (const char* heuristic : {"random", "winding", "curvature", "window", "ties"})
+    for (bool com_rule : {false, true}) all.push_back({heuristic, com_rule});
+  return all;
+}
+
+stages::PlaceParams budget(const Options& options) {
+  stages::PlaceParams params;
+  params.rolls_winding = params.rolls_curvature = 4;
+  params.max_com_offset_m = 10;  // the rule under test acts on centres
+  params.min_blocked_share = 0;
+  params.max_per_candidate = params.max_grasps = 100000;
+  params.measures = false;
+  if (options.local > 0) {
+    params.approaches = {"normal"};
+    params.rolls_winding = params.rolls_curvature = 1;
+    params.gaps_m = {0.02, 0.035};
+    params.spreads_rad = {0};
+    params.local_samples = options.local;
+  }
+  return params;
+}
+
+void add(Centre& centre, const hands::Grasp& grasp, int poses) {
+  const double blocked = grasp.scores.at("blocked_share");
+  ++centre.valid;
+  centre.full += blocked > 0.999;
+  centre.sure += blocked > 0.999 && grasp.scores.at("closure_margin") >= 0.2;
+  centre.best_blocked = std::max(centre.best_blocked, blocked);
+  centre.best_rank = std::max(centre.best_rank, grasp.scores.at("rank"));
+  centre.mean_blocked += blocked / poses;
+}
+
+std::vector<Centre> study(const Options& options, const std::string& name,
+                          const geometry::TriangleMesh& original, const hands::Hand& hand) {
+  pipeline::Run run;
+  topology::Scores scores;
+  scores.mesh = stages::remesh({.edge_length_m = 0.004}, run, original);
+  stages::BallsParams balls;
+  balls.radii_m = {options.radius_m};
+  scores.ball = stages::balls(balls, run, scores.mesh).radii.front();
+  const double share = topology::median_share(scores.ball, geometry::check_mesh(scores.mesh).area_m2);
+  std::printf("| %s | %zu | %.2f | %.2f |\n", name.c_str(), scores.mesh.vertices.size(),
+              saturated_share(scores.ball), share);
+  const auto field = geometry::build_distance_field(original, {.cells = 64, .pad_m = 0.04, .refine = 3});
+  const auto params = budget(options);
+  std::vector<Centre> centres;
+  for (const Group& group : groups()) {
+    scores.candidates = centres_of(group, scores.mesh, scores.ball, options.centres, 11);
+    pipeline::Run group_run;
+    const auto set = stages::place(params, group_run, scores, field, {}, {}, hand);
+    const std::size_t first = centres.size();
+    const int poses = scores.candidates.empty()
+                          ? 0
+                          : static_cast<int>(std::lround(group_run.metrics().at("poses") /
+                                                         static_cast<double>(scores.candidates.size())));
+    for (const auto& candidate : scores.candidates) {
+      centres.push_back({name, group.name(), candidate});
+      centres.back().poses = poses;
+    }
+    for (const auto& grasp : set.grasps)
+      add(centres[first + static_cast<std::size_t>(grasp.scores.at("candidate"))], grasp, poses);
+  }
+  return centres;
+}
+
+using Outcome = double (*)(const Centre&);
+
+std::map<std::string, std::vector<double>> by_object(const std::vector<Centre>& centres,
+                                                     const std::string& group, Outcome outcome) {
+  std::map<std::string, std::vector<double>> values;
+  for (const Centre& centre : centres)
+    if (centre.group == group) values[centre.object].push_back(outcome(centre));
+  return values;
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (double x : values) sum += x / static_cast<double>(values.size());
+  return sum;
+}
+
+/// Mean over objects of the difference of the groups' means, with a 95 % bootstrap of centres inside objects.
+void print_difference(const std::vector<Centre>& centres, const std::string& group,
+                      const std::string& control, Outcome outcome) {
+  const auto a = by_object(centres, group, outcome), b = by_object(centres, control, outcome);
+  std::mt19937_64 random(5);
+  const auto redrawn = [&](const std::vector<double>& values) {
+    double sum = 0;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      sum += values[static_cast<std::size_t>(static_cast<double>(random() >> 11) * 0x1p-53 *
+                                             static_cast<double>(values.size()))];
+    return sum / static_cast<double>(values.size());
+  };
+  double exact = 0;
+  int objects = 0;
+  std::vector<double> draws(2000, 0.0);
+  for (const auto& [object, values] : a) {
+    const auto other = b.find(object);
+    if (other == b.end()) continue;
+    ++objects;
+    exact += mean(values) - mean(other->second);
+    for (double& draw : draws) draw += redrawn(values) - redrawn(other->second);
+  }
+  std::sort(draws.begin(), draws.end());
+  if (objects > 0)
+    std::printf(" %+.3f [%+.3f, %+.3f] (%d) |", exact / objects, draws[50] / objects, draws[1949] / objects,
+                objects);
+  else
+    std::printf(" - |");
+}
+
+double is_full(const Centre& c) {
+  return c.full > 0;
+}
+double rank_of(const Centre& c) {
+  return c.best_rank;
+}
+double any_of_all(int good, const Centre& c) {
+  return c.poses ? double(good) / c.poses : 0;
+}
+
+double is_sure(const Centre& c) {
+  return c.sure > 0;
+}
+
+void print_summary(const std::vector<Centre>& centres) {
+  std::printf(
+      "\n| group | centres | any valid | all blocked | and margin >= 0.2 | a random pose: valid | all "
+      "blocked | and margin |\n");
+  std::printf("|---|---|---|---|---|---|---|---|\n");
+  for (const Group& group : groups()) {
+    int n = 0, valid = 0, full = 0, sure = 0;
+    double chance_valid = 0, chance_full = 0, chance_sure = 0;
+    for (const Centre& c : centres)
+      if (c.group == group.name()) {
+        ++n, valid += c.valid > 0, full += c.full > 0, sure += c.sure > 0;
+        chance_valid += any_of_all(c.valid, c);
+        chance_full += any_of_all(c.full, c);
+        chance_sure += any_of_all(c.sure, c);
+      }
+    if (n == 0) continue;
+    std::printf("| %s | %d |", group.name().c_str(), n);
+    for (int k : {valid, full, sure}) {
+      const auto p = reports::wilson(k, n);
+      std::printf(" %d = %.0f %% [%.0f, %.0f] |", k, 100 * p.share, 100 * p.low, 100 * p.high);
+    }
+    std::printf(" %.1f %% | %.1f %% | %.1f %% |\n", 100 * chance_valid / n, 100 * chance_full / n,
+                100 * chance_sure / n);
+  }
+  std::printf(
+      "\nDifference from the control of the same rule, mean over objects:\n\n| group | all blocked | ring or "
+      "more | best rank |\n|---|---|---|---|\n");
+  for (const Group& group : groups()) {
+    if (group.heuristic == "random" && !group.com_rule) continue;
+    const std::string control =
+        group.heuristic == "random" ? "random" : Group{"random", group.com_rule}.name();
+    std::printf("| %s - %s |", group.name().c_str(), control.c_str());
+    for (Outcome outcome : {&is_full, &is_sure, &rank_of})
+      print_difference(centres, group.name(), control, outcome);
+    std::printf("\n");
+  }
+  std::printf("\nCentres with a pose that blocks all with a margin of 0.2, of each object:\n\n| object |");
+  for (const Group& group : groups()) std::printf(" %s |", group.name().c_str());
+  std::printf("\n|---|");
+  for (std::size_t i = 0; i < groups().size(); ++i) std::printf("---|");
+  std::map<std::string, int> objects;
+  for (const Centre& c : centres) ++objects[c.object];
+  for (const auto& [object, count] : objects) {
+    std::printf("\n| %s |", object.c_str());
+    for (const Group& group : groups()) {
+      int n = 0, sure = 0;
+      for (const Centre& c : centres)
+        if (c.object == object && c.group == group.name()) ++n, sure += c.sure > 0;
+      std::printf(" %d/%d |", sure, n);
+    }
+  }
+  std::printf("\n");
+}
+
+void write_csv(const std::vector<Centre>& centres, const std::string& file) {
+  FILE* out = std::fopen(file.c_str(), "w");
+  if (!out) return std::perror(file.c_str());
+  std::fprintf(
+      out,
+      "object,group,vertex,winding_angle_rad,curvature_sum_rad,poses,valid,all_blocked,sure,best_blocked,"
+      "best_rank,mean_blocked\n");
+  for (const Centre& c : centres)
+    std::fprintf(out, "%s,%s,%d,%.4f,%.4f,%d,%d,%d,%d,%.4f,%.4f,%.4f\n", c.object.c_str(), c.group.c_str(),
+                 c.candidate.vertex, c.candidate.winding_angle_rad, c.candidate.curvature_sum_rad, c.poses,
+                 c.valid, c.full, c.sure, c.best_blocked, c.best_rank, c.mean_blocked);
+  std::fclose(out);
+}
+
+bool has(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+}  // namespace
+}  // namespace geocage::bench
+
+int main(int argc, char** argv) {
+  using namespace geocage::bench;
+  const Options options = read_options(argc, argv);
+  const auto hand = geocage::hands::load_hand(options.hand);
+  std::vector<Centre> centres;
+  std::printf("| object | vertices | S1 saturated | median ball's share |\n|---|---|---|---|\n");
+  for (const auto& [name, mesh] : objects_of(options.folder)) {
+    if ((!options.only.empty() && !has(options.only, name)) || has(options.skip, name)) continue;
+    try {
+      const auto of_one = study(options, name, mesh, hand);
+      centres.insert(centres.end(), of_one.begin(), of_one.end());
+    } catch (const geocage::pipeline::UserError& error) {
+      std::fprintf(stderr, "%s is left out: %s\n", name.c_str(), error.what());
+    }
+    std::fflush(stdout);
+  }
+  print_summary(centres);
+  write_csv(centres, options.csv);
+  return 0;
+}

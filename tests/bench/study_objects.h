@@ -1,0 +1,42 @@
+#pragma once
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "geometry/mesh.h"
+#include "geometry/mesh_files.h"
+
+namespace geocage::bench {
+
+/// The meshes of a folder that are closed manifolds, turned outward, by name; others are named on stderr and
+/// left out.
+inline std::vector<std::pair<std::string, geometry::TriangleMesh>> objects_of(
+    const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string kind = entry.path().extension();
+    if (kind == ".stl" || kind == ".ply" || kind == ".off" || kind == ".obj") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<std::pair<std::string, geometry::TriangleMesh>> objects;
+  for (const auto& file : files) {
+    auto mesh = geometry::read_mesh(file);
+    geometry::orient_outward(mesh);
+    auto report = geometry::check_mesh(mesh);
+    if (!report.closed_manifold()) {
+      std::fprintf(stderr, "%s is left out: %s\n", file.c_str(), geometry::flaw(report).c_str());
+      continue;
+    }
+    if (report.diagonal_m() > 0.6) {  // no unit is known: a hand-sized object
+      std::fprintf(stderr, "%s is scaled by %g\n", file.c_str(), 0.2 / report.diagonal_m());
+      for (auto& p : mesh.vertices) p *= 0.2 / report.diagonal_m();
+    }
+    objects.emplace_back(file.stem(), std::move(mesh));
+  }
+  return objects;
+}
+
+}  // namespace geocage::bench
