@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cmath>
 #include <fstream>
+#include <string>
 #include <system_error>
 
 #include <octomap/octomap.h>
@@ -92,8 +93,14 @@ void save_artefact(const Occupancy& map, const std::filesystem::path& dir) {
 void load_artefact(Occupancy& map, const std::filesystem::path& dir) {
   const auto file = dir / "occupancy.bt";
   std::ifstream in(file, std::ios::binary);
-  map.tree = std::make_shared<octomap::OcTree>(0.1);
-  if (!in || !map.tree->readBinary(in)) throw std::system_error(EIO, std::generic_category(), file.string());
+  // Past the header by hand: OctoMap's own reader of it talks to the terminal.
+  double resolution_m = 0;
+  std::string line;
+  while (std::getline(in, line) && line != "data")
+    if (line.starts_with("res ")) resolution_m = std::stod(line.substr(4));
+  if (!in || !(resolution_m > 0)) throw std::system_error(EIO, std::generic_category(), file.string());
+  map.tree = std::make_shared<octomap::OcTree>(resolution_m);
+  if (!map.tree->readBinaryData(in)) throw std::system_error(EIO, std::generic_category(), file.string());
 }
 
 }  // namespace geocage::geometry
