@@ -53,11 +53,6 @@ TriangleMesh Halfedges::mesh() const {
   return mesh;
 }
 
-Vec3 Halfedges::double_area_normal(int h) const {
-  const Vec3 &a = position[from(h)], &b = position[to(h)], &c = position[opposite(h)];
-  return (b - a).cross(c - a);
-}
-
 Vec3 Halfedges::double_area_normal_with(int h, int v, const Vec3& p) const {
   const Vec3& a = from(h) == v ? p : position[from(h)];
   const Vec3& b = to(h) == v ? p : position[to(h)];

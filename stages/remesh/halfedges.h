@@ -41,7 +41,10 @@ class Halfedges {
   }
 
   double length2(int h) const { return (position[to(h)] - position[from(h)]).squaredNorm(); }
-  geometry::Vec3 double_area_normal(int h) const;  ///< of the triangle of h
+  geometry::Vec3 double_area_normal(int h) const {  ///< of the triangle of h
+    const geometry::Vec3& a = position[from(h)];
+    return (position[to(h)] - a).cross(position[opposite(h)] - a);
+  }
   /// Of the triangle of h if its vertex `v` were at `p`.
   geometry::Vec3 double_area_normal_with(int h, int v, const geometry::Vec3& p) const;
 
