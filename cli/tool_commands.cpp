@@ -24,6 +24,7 @@ namespace {
 geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit) {
   stages::ImportParams params;
   params.unit = unit;
+  params.repair = "none";
   pipeline::Run run;
   auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
   const auto report = geometry::check_mesh(mesh);
@@ -59,15 +60,11 @@ std::string csv_of(const geometry::TriangleMesh& mesh, const topology::BallField
   return csv;
 }
 
+/// The columns of the contract.
 std::vector<geometry::VertexField> fields_of(const topology::BallFields& ball) {
-  const auto numbers = [](const std::vector<int>& counts) {
-    return std::vector<double>(counts.begin(), counts.end());
-  };
-  return {{"winding_angle_rad", ball.winding_angle_rad},
-          {"curvature_sum_rad", ball.curvature_sum_rad},
-          {"ball_vertices", numbers(ball.ball_vertices)},
-          {"ball_triangles", numbers(ball.ball_triangles)},
-          {"euler", numbers(ball.euler)}};
+  auto columns = topology::columns_of(ball);
+  columns.resize(5);
+  return columns;
 }
 
 }  // namespace

@@ -179,6 +179,32 @@ TriangleMesh torus(double ring_radius_m, double tube_radius_m, int nu, int nv) {
   return revolve(tube, nu, Ends::joined);
 }
 
+TriangleMesh double_torus(double ring_radius_m, double tube_radius_m, int nu, int nv) {
+  TriangleMesh mesh = torus(ring_radius_m, tube_radius_m, nu, nv);
+  const auto x = [&](const std::array<int, 3>& t) {
+    return mesh.vertices[t[0]].x() + mesh.vertices[t[1]].x() + mesh.vertices[t[2]].x();
+  };
+  const auto open = std::max_element(mesh.triangles.begin(), mesh.triangles.end(),
+                                     [&](const auto& a, const auto& b) { return x(a) < x(b); });
+  const std::array<int, 3> mouth = *open;
+  mesh.triangles.erase(open);
+  const int count = static_cast<int>(mesh.vertices.size());
+  const double mirror = ring_radius_m + tube_radius_m + pi * tube_radius_m / nv;
+  for (int v = 0; v < count; ++v) {
+    const Vec3 p = mesh.vertices[v];
+    mesh.vertices.emplace_back(2 * mirror - p.x(), p.y(), p.z());
+  }
+  const auto half = mesh.triangles;
+  for (const auto& [a, b, c] : half) mesh.triangles.push_back({a + count, c + count, b + count});
+  for (int i = 0; i < 3; ++i) {
+    const int a = mouth[i], b = mouth[(i + 1) % 3];
+    mesh.triangles.push_back({a, b, b + count});
+    mesh.triangles.push_back({a, b + count, a + count});
+  }
+  for (Vec3& p : mesh.vertices) p.x() -= mirror;
+  return mesh;
+}
+
 TriangleMesh capped_cylinder(double radius_m, double height_m, int around) {
   const double top = height_m / 2;
   const Profile corners{{0, -top}, {radius_m, -top}, {radius_m, top}, {0, top}};

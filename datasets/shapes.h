@@ -27,6 +27,10 @@ TriangleMesh icosphere(double radius_m, int subdivisions);
 /// number 0. V = 2 pi^2 R r^2, A = 4 pi^2 R r; Gauss curvature cos v / (r (R + r cos v)).
 TriangleMesh torus(double ring_radius_m, double tube_radius_m, int nu, int nv);
 
+/// Two such tori side by side along x, mirror images in the plane x = 0, joined by a three-sided tube where
+/// they are nearest. Genus 2.
+TriangleMesh double_torus(double ring_radius_m, double tube_radius_m, int nu, int nv);
+
 /// Closed cylinder, `around` points a circle, rows as far apart as these points; its caps are fans of rings.
 /// The polyhedron itself has V = n/2 sin(2 pi/n) r^2 h.
 TriangleMesh capped_cylinder(double radius_m, double height_m, int around);

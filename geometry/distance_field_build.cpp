@@ -1,121 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
-
-#include <embree3/rtcore.h>
-#include <omp.h>
 
 #include "geometry/distance_field.h"
-#include "geometry/ray_scene.h"
+#include "geometry/surface_distance.h"
 
 namespace geocage::geometry {
 
 namespace {
-
-/// Squared distance of the point r from the segment between 0 and `along`.
-double segment_distance2(const Vec3& r, const Vec3& along) {
-  const double length2 = along.squaredNorm();
-  const double t = length2 > 0 ? std::clamp(r.dot(along) / length2, 0.0, 1.0) : 0;
-  return (r - t * along).squaredNorm();
-}
-
-/// A triangle made ready for many distances.
-struct Facet {
-  Vec3 a, ab, ac;
-  Vec3 normal, to_b, to_c;  ///< NaN for a triangle without area, which then counts as its sides
-
-  Facet(const Vec3& corner_a, const Vec3& b, const Vec3& c) : a(corner_a), ab(b - a), ac(c - a) {
-    const Vec3 n = ab.cross(ac);
-    normal = n / n.norm();
-    to_b = ac.cross(n) / n.squaredNorm();
-    to_c = n.cross(ab) / n.squaredNorm();
-  }
-
-  /// Squared distance of p where it is less than `limit2`, else `limit2`.
-  double distance2(const Vec3& p, double limit2) const {
-    const Vec3 ap = p - a;
-    const double height = normal.dot(ap);
-    if (height * height >= limit2) return limit2;
-    // Barycentric coordinates of the foot of p. Outside, the nearest point lies on a side that the foot is
-    // beyond.
-    const double at_b = to_b.dot(ap), at_c = to_c.dot(ap), at_a = 1 - at_b - at_c;
-    if (at_a >= 0 && at_b >= 0 && at_c >= 0) return height * height;
-    double least = limit2;
-    if (!(at_c >= 0)) least = std::min(least, segment_distance2(ap, ab));
-    if (!(at_b >= 0)) least = std::min(least, segment_distance2(ap, ac));
-    if (!(at_a >= 0)) least = std::min(least, segment_distance2(ap - ab, ac - ab));
-    return least;
-  }
-};
-
-/// A mesh that tells distances, in double, and insides.
-class Surface {
- public:
-  Surface(const TriangleMesh& mesh, const Vec3& center, double extent_m)
-      : center_(center), slack_m_(1e-6 * extent_m), scene_(mesh, center) {
-    for (const auto& t : mesh.triangles)
-      facets_.emplace_back(mesh.vertices[t[0]] - center, mesh.vertices[t[1]] - center,
-                           mesh.vertices[t[2]] - center);
-  }
-
-  /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest
-  /// one.
-  double distance_m(const Vec3& p_O, unsigned& nearest) const {
-    const Vec3 p = p_O - center_;
-    Query query{this, p, facets_[nearest].distance2(p, infinity), nearest};
-    RTCPointQuery ball{};
-    ball.x = static_cast<float>(p.x());
-    ball.y = static_cast<float>(p.y());
-    ball.z = static_cast<float>(p.z());
-    ball.radius = search_radius(query.best2);
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_.handle(), &ball, &context, &visit_triangle, &query);
-    nearest = query.nearest;
-    return std::sqrt(query.best2);
-  }
-
-  /// True when p is inside: a majority of fixed rays meets its first triangle from behind.
-  bool inside(const Vec3& p_O) const {
-    static const Vec3 directions[5] = {{0.577, 0.601, 0.553},
-                                       {-0.613, 0.251, 0.749},
-                                       {0.137, -0.911, 0.389},
-                                       {-0.407, -0.331, -0.851},
-                                       {0.883, 0.173, -0.437}};
-    int votes = 0;
-    for (const Vec3& along : directions)
-      if (const auto hit = scene_.first_hit(p_O, along)) votes += hit->from_behind;
-    return votes >= 3;
-  }
-
- private:
-  struct Query {
-    const Surface* surface;
-    Vec3 p;
-    double best2;
-    unsigned nearest;
-  };
-  /// A little more than the best distance, by what single precision may lose.
-  float search_radius(double best2) const {
-    return static_cast<float>(std::sqrt(best2) * (1 + 1e-5) + slack_m_);
-  }
-  static bool visit_triangle(RTCPointQueryFunctionArguments* arguments) {
-    auto& query = *static_cast<Query*>(arguments->userPtr);
-    const double d2 = query.surface->facets_[arguments->primID].distance2(query.p, query.best2);
-    if (d2 >= query.best2) return false;
-    query.best2 = d2;
-    query.nearest = arguments->primID;
-    arguments->query->radius = query.surface->search_radius(d2);
-    return true;
-  }
-
-  static constexpr double infinity = std::numeric_limits<double>::infinity();
-  const Vec3 center_;
-  const double slack_m_;
-  std::vector<Facet> facets_;
-  RayScene scene_;
-};
 
 /// A box of lattice nodes, x fastest.
 struct Lattice {
@@ -132,7 +23,8 @@ struct Lattice {
 
 /// Unsigned distances of one layer of nodes, each search starting from the nearest triangle of the node
 /// before.
-void measure_layer(const Surface& surface, const Lattice& lattice, int z, unsigned& nearest, float* values) {
+void measure_layer(const SurfaceDistance& surface, const Lattice& lattice, int z, int& nearest,
+                   float* values) {
   for (int y = 0; y < lattice.nodes[1]; ++y)
     for (int x = 0; x < lattice.nodes[0]; ++x)
       values[lattice.index(x, y, z)] = static_cast<float>(surface.distance_m(lattice.at(x, y, z), nearest));
@@ -141,7 +33,7 @@ void measure_layer(const Surface& surface, const Lattice& lattice, int z, unsign
 /// Gives the nodes of a lattice their signs. Two neighbours whose distances add up to more than the step
 /// between them can't have the surface between them: signs flood over such edges, and rays decide one node of
 /// each flooded part. `sign` holds 0 where it is not known yet.
-void flood_signs(const Surface& surface, const Lattice& lattice, const float* distance,
+void flood_signs(const SurfaceDistance& surface, const Lattice& lattice, const float* distance,
                  std::vector<signed char>& sign) {
   std::vector<std::ptrdiff_t> front;
   const std::ptrdiff_t dy = lattice.nodes[0], dz = dy * lattice.nodes[1];
@@ -175,11 +67,11 @@ void flood_signs(const Surface& surface, const Lattice& lattice, const float* di
       }
 }
 
-void measure_coarse(const Surface& surface, const Lattice& lattice, std::vector<float>& values) {
+void measure_coarse(const SurfaceDistance& surface, const Lattice& lattice, std::vector<float>& values) {
   values.resize(static_cast<std::size_t>(lattice.size()));
 #pragma omp parallel for schedule(dynamic, 1)
   for (int z = 0; z < lattice.nodes[2]; ++z) {
-    unsigned nearest = 0;
+    int nearest = 0;
     measure_layer(surface, lattice, z, nearest, values.data());
   }
   std::vector<signed char> sign(values.size(), 0);
@@ -207,10 +99,10 @@ bool may_be_crossed(const std::array<float, 8>& corners, double cell_m) {
 }
 
 /// The (refine + 1)^3 nodes inside one coarse cell; corners keep the coarse nodes' signs.
-void measure_block(const Surface& surface, const Lattice& block, const std::array<float, 8>& corners,
+void measure_block(const SurfaceDistance& surface, const Lattice& block, const std::array<float, 8>& corners,
                    float* values) {
   const int n = block.nodes[0];
-  unsigned nearest = 0;
+  int nearest = 0;
   for (int z = 0; z < n; ++z) measure_layer(surface, block, z, nearest, values);
   std::vector<signed char> sign(static_cast<std::size_t>(block.size()), 0);
   for (int c = 0; c < 8; ++c)
@@ -232,7 +124,7 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
   field.refine = grid.refine;
   for (int i = 0; i < 3; ++i) field.nodes[i] = static_cast<int>(std::ceil(size[i] / field.cell_m - 1e-9)) + 1;
 
-  const Surface surface(mesh, (report.box_min + report.box_max) / 2, report.diagonal_m());
+  const SurfaceDistance surface(mesh);
   const Lattice coarse{field.origin, field.cell_m, field.nodes};
   measure_coarse(surface, coarse, field.coarse);
 

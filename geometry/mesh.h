@@ -14,6 +14,9 @@ namespace geocage::geometry {
 struct TriangleMesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<int, 3>> triangles;
+  /// Empty (all of it was observed), or for each vertex how far the surface there was measured and not
+  /// guessed: 1 at a measured point, 0 far from all of them.
+  std::vector<double> observed = {};
 };
 
 /// Compressed rows: the items of vertex v are `items[start[v]] .. items[start[v + 1] - 1]`.
@@ -35,7 +38,8 @@ struct MeshReport {
   int inconsistent_edges = 0;  ///< edges that both triangles run through in the same direction
   int degenerate_triangles = 0, isolated_vertices = 0, non_finite_vertices = 0, invalid_indices = 0;
   int first_bad_vertex = 0, first_bad_triangle = 0;  ///< valid only where the counts above are not zero
-  double area_m2 = 0, volume_m3 = 0;                 ///< volume is signed, positive when outward
+  std::vector<int> offenders;         ///< up to eight triangles with the flaw that `flaw` tells
+  double area_m2 = 0, volume_m3 = 0;  ///< volume is signed, positive when outward
   double mean_edge_m = 0, edge_cv = 0, min_angle_rad = 0;
   Vec3 box_min = Vec3::Zero(), box_max = Vec3::Zero();
 
@@ -81,7 +85,8 @@ void write_ply(const std::filesystem::path& file, const TriangleMesh& mesh,
 /// (mesh_files.h).
 TriangleMesh read_own_ply(const std::filesystem::path& file, std::vector<VertexField>* fields = nullptr);
 
-std::string_view artefact_kind(const TriangleMesh*);  ///< "mesh": mesh.ply
+std::string_view artefact_kind(
+    const TriangleMesh*);  ///< "mesh": mesh.ply, with the column `observed` unless that is empty
 void save_artefact(const TriangleMesh& mesh, const std::filesystem::path& dir);
 void load_artefact(TriangleMesh& mesh, const std::filesystem::path& dir);
 

@@ -45,7 +45,7 @@ std::vector<Side> sorted_sides(const TriangleMesh& mesh, const std::vector<int>&
 }
 
 /// Vertices whose triangles, joined over the edges at the vertex, fall into more than one fan.
-int count_non_manifold_vertices(const TriangleMesh& mesh, const std::vector<Side>& sides) {
+std::vector<char> pinched_vertices(const TriangleMesh& mesh, const std::vector<Side>& sides) {
   // A corner is (triangle, one of its vertices); two corners of a vertex join when their triangles share an
   // edge there.
   Parts corners(mesh.triangles.size() * 3);
@@ -65,7 +65,29 @@ int count_non_manifold_vertices(const TriangleMesh& mesh, const std::vector<Side
       if (fan_of[v] >= 0 && fan_of[v] != fan) pinched[v] = 1;
       fan_of[v] = fan;
     }
-  return static_cast<int>(std::count(pinched.begin(), pinched.end(), 1));
+  return pinched;
+}
+
+/// The first triangles with the flaw that `flaw` tells of edges and vertices.
+std::vector<int> offending_triangles(const MeshReport& report, const std::vector<Side>& sides,
+                                     const std::vector<char>& pinched) {
+  constexpr std::size_t most = 8;
+  std::vector<int> found;
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t end = i, forward = 0;
+    for (; end < sides.size() && sides[end].same_edge(sides[i]); ++end) forward += sides[end].forward;
+    const std::size_t around = end - i;
+    const bool bad = report.non_manifold_edges   ? around > 2
+                     : report.boundary_edges     ? around == 1
+                     : report.inconsistent_edges ? around == 2 && forward != 1
+                                                 : pinched[sides[i].low] || pinched[sides[i].high];
+    for (; i < end; ++i)
+      if (bad) found.push_back(sides[i].triangle);
+  }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  if (found.size() > most) found.resize(most);
+  return found;
 }
 
 void count_edges(const std::vector<Side>& sides, const TriangleMesh& mesh, MeshReport& report) {
@@ -133,10 +155,13 @@ MeshReport check_mesh(const TriangleMesh& mesh) {
     report.invalid_indices += !inside;
     report.degenerate_triangles += degenerate;
     if (!inside || degenerate)
-      report.first_bad_triangle = f;
+      report.offenders.push_back(f);
     else
       good.push_back(f);
   }
+  std::reverse(report.offenders.begin(), report.offenders.end());
+  if (report.offenders.size() > 8) report.offenders.resize(8);
+  if (!report.offenders.empty()) report.first_bad_triangle = report.offenders.front();
   if (report.non_finite_vertices > 0) return report;
   std::reverse(good.begin(), good.end());
 
@@ -144,7 +169,9 @@ MeshReport check_mesh(const TriangleMesh& mesh) {
   for (int f : good) measure_triangle(mesh, mesh.triangles[f], report);
   const auto sides = sorted_sides(mesh, good);
   count_edges(sides, mesh, report);
-  report.non_manifold_vertices = count_non_manifold_vertices(mesh, sides);
+  const auto pinched = pinched_vertices(mesh, sides);
+  report.non_manifold_vertices = static_cast<int>(std::count(pinched.begin(), pinched.end(), 1));
+  if (report.offenders.empty()) report.offenders = offending_triangles(report, sides, pinched);
 
   Parts parts(mesh.vertices.size());
   std::vector<char> used(mesh.vertices.size(), 0);

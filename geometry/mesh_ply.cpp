@@ -106,10 +106,15 @@ std::string_view artefact_kind(const TriangleMesh*) {
   return "mesh";
 }
 void save_artefact(const TriangleMesh& mesh, const fs::path& dir) {
-  write_ply(dir / "mesh.ply", mesh);
+  std::vector<VertexField> fields;
+  if (!mesh.observed.empty()) fields.push_back({"observed", mesh.observed});
+  write_ply(dir / "mesh.ply", mesh, fields);
 }
 void load_artefact(TriangleMesh& mesh, const fs::path& dir) {
-  mesh = read_own_ply(dir / "mesh.ply");
+  std::vector<VertexField> fields;
+  mesh = read_own_ply(dir / "mesh.ply", &fields);
+  for (auto& field : fields)
+    if (field.name == "observed") mesh.observed = std::move(field.values);
 }
 
 }  // namespace geocage::geometry

@@ -9,7 +9,7 @@
 #include "reports/report.h"
 #include "reports/results.h"
 #include "reports/statistics.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::reports {
 

@@ -11,7 +11,7 @@ inline constexpr char style_sheet[] = R"css(
     --accent: #6aa9e9; --good: #4fbf87; --bad: #ec7f6c; --warn: #dfae55; --earlier: #44546a; --stage: #2a313d; } }
 * { box-sizing: border-box; }
 body { margin: 0; background: var(--page); color: var(--ink); font: 16px/1.55 system-ui, sans-serif; }
-main { max-width: 1120px; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
+main { max-width: 1240px; margin: 0 auto; padding: 2.5rem 1.25rem 4rem; }
 h1 { font-size: 2rem; margin: 0 0 .3rem; letter-spacing: -.01em; }
 h2 { font-size: 1.35rem; margin: 0 0 .6rem; }
 h3 { font-size: 1rem; margin: 1.6rem 0 .5rem; }

@@ -1,8 +1,5 @@
 #include <cerrno>
-#include <cmath>
-#include <cstring>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
@@ -29,7 +26,19 @@ std::vector<double> coordinate(const std::vector<Vec3>& points, int k) {
   return values;
 }
 
-/// The fields as named columns, in the order of the command line's contract, then what placement needs.
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+}
+json read_json(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) throw std::system_error(errno, std::generic_category(), file.string());
+  return json::parse(in);
+}
+
+}  // namespace
+
 std::vector<VertexField> columns_of(const BallFields& ball) {
   std::vector<VertexField> columns = {{"winding_angle_rad", ball.winding_angle_rad},
                                       {"curvature_sum_rad", ball.curvature_sum_rad},
@@ -58,34 +67,6 @@ BallFields ball_of(const std::vector<VertexField>& columns, double radius_m) {
   }
   return ball;
 }
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-}
-json read_json(const fs::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::system_error(errno, std::generic_category(), file.string());
-  return json::parse(in);
-}
-
-json triple(const Vec3& p) {
-  return {p.x(), p.y(), p.z()};
-}
-Vec3 vector(const json& p) {
-  return Vec3(p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
-}
-
-/// NaN has no number in JSON: it is null.
-json number(double x) {
-  return std::isfinite(x) ? json(x) : json();
-}
-double number(const json& x) {
-  return x.is_null() ? std::nan("") : x.get<double>();
-}
-
-}  // namespace
 
 std::string_view artefact_kind(const BallSet*) {
   return "balls";
@@ -128,45 +109,6 @@ void load_artefact(BallSet& set, const fs::path& dir) {
     if (!in) throw std::system_error(EIO, std::generic_category(), file.string());
     set.radii.push_back(ball_of(columns, entry["radius_m"]));
   }
-}
-
-std::string_view artefact_kind(const Scores*) {
-  return "scores";
-}
-
-void save_artefact(const Scores& scores, const fs::path& dir) {
-  geometry::write_ply(dir / "scores.ply", scores.mesh, columns_of(scores.ball));
-  json list = json::array();
-  for (const Candidate& c : scores.candidates)
-    list.push_back({{"vertex", c.vertex},
-                    {"heuristic", c.heuristic},
-                    {"score", c.score},
-                    {"radius_m", c.radius_m},
-                    {"winding_angle_rad", number(c.winding_angle_rad)},
-                    {"curvature_sum_rad", c.curvature_sum_rad},
-                    {"euler", c.euler},
-                    {"p_m", triple(c.p_O)},
-                    {"normal", triple(c.n_O)},
-                    {"center_m", triple(c.center_O)},
-                    {"axis", triple(c.axis_O)}});
-  write_text(
-      dir / "candidates.json",
-      json{{"schema", "geocage-candidates 1"}, {"radius_m", scores.ball.radius_m}, {"candidates", list}}.dump(
-          1) +
-          "\n");
-}
-
-void load_artefact(Scores& scores, const fs::path& dir) {
-  scores = {};
-  const json meta = read_json(dir / "candidates.json");
-  std::vector<VertexField> columns;
-  scores.mesh = geometry::read_own_ply(dir / "scores.ply", &columns);
-  scores.ball = ball_of(columns, meta["radius_m"]);
-  for (const auto& c : meta["candidates"])
-    scores.candidates.push_back({c["vertex"], c["heuristic"], c["score"], c["radius_m"],
-                                 number(c["winding_angle_rad"]), c["curvature_sum_rad"], c["euler"],
-                                 vector(c["p_m"]), vector(c["normal"]), vector(c["center_m"]),
-                                 vector(c["axis"])});
 }
 
 }  // namespace geocage::topology

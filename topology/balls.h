@@ -42,31 +42,14 @@ std::vector<double> angle_defects_rad(const geometry::TriangleMesh& mesh);
 BallSet ball_fields(const geometry::TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
                     double eigenvalue_ratio_guard = 1.1);
 
+/// The fields as named columns: those of `geocage score` in the order of its contract, then what placement
+/// needs; and back.
+std::vector<geometry::VertexField> columns_of(const BallFields& ball);
+BallFields ball_of(const std::vector<geometry::VertexField>& columns, double radius_m);
+
 std::string_view artefact_kind(
     const BallSet*);  ///< "balls": balls.json (radii), ball_<i>.bin (columns of doubles)
 void save_artefact(const BallSet& set, const std::filesystem::path& dir);
 void load_artefact(BallSet& set, const std::filesystem::path& dir);
-
-/// A vertex that a hand may be placed at.
-struct Candidate {
-  int vertex = 0;
-  std::string heuristic;  ///< "winding", "curvature" or "random"
-  double score = 0;       ///< normalised to [0, 1] over the mesh
-  double radius_m = 0;
-  double winding_angle_rad = 0, curvature_sum_rad = 0;
-  int euler = 0;
-  Vec3 p_O = Vec3::Zero(), n_O = Vec3::UnitZ(), center_O = Vec3::Zero(), axis_O = Vec3::Zero();
-};
-
-/// Scores of a mesh for one hand: candidates best first within each heuristic, and the fields they came from.
-struct Scores {
-  std::vector<Candidate> candidates;
-  geometry::TriangleMesh mesh;
-  BallFields ball;
-};
-
-std::string_view artefact_kind(const Scores*);  ///< "scores": scores.ply (mesh and fields), candidates.json
-void save_artefact(const Scores& scores, const std::filesystem::path& dir);
-void load_artefact(Scores& scores, const std::filesystem::path& dir);
 
 }  // namespace geocage::topology

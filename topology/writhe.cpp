@@ -2,31 +2,80 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
-
-#include "pipeline/error.h"
 
 namespace geocage::topology {
 
 namespace {
 
-/// Solid angle of the triangle x, y, z seen from the origin (Van Oosterom and Strackee 1983).
-double solid_angle(const Vec3& x, const Vec3& y, const Vec3& z) {
-  const double lx = x.norm(), ly = y.norm(), lz = z.norm();
-  return 2 * std::atan2(x.dot(y.cross(z)), lx * ly * lz + x.dot(y) * lz + y.dot(z) * lx + z.dot(x) * ly);
+// The differences between points of two segments fill a parallelogram with the corners p = c - a, q = d - a,
+// r = d - b, s = c - b: Omega is the solid angle that it fills for an eye at the origin.
+struct Parallelogram {
+  Vec3 p, q, r, s;
+  double lp, lq, lr, ls;
+
+  Parallelogram(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d)
+      : p(c - a), q(d - a), r(d - b), s(c - b), lp(p.norm()), lq(q.norm()), lr(r.norm()), ls(s.norm()) {}
+
+  /// Both triangles pqr and prs by Van Oosterom and Strackee (1983): tan of half the angle is numerator over
+  /// denominator. Half angles are added by multiplying complex numbers, which saves an arctangent.
+  double solid_angle() const {
+    const double pr = p.dot(r);
+    const Vec3 across = r.cross(p);
+    const double y1 = q.dot(across), x1 = lp * lq * lr + p.dot(q) * lr + q.dot(r) * lp + pr * lq;
+    const double y2 = -s.dot(across), x2 = lp * lr * ls + pr * ls + r.dot(s) * lp + s.dot(p) * lr;
+    return -2 * std::atan2(x1 * y2 + y1 * x2, x1 * x2 - y1 * y2);
+  }
+};
+
+/// Segments in one plane see nothing of each other; rounding must not decide between 0 and 2 pi.
+bool flat(const Vec3& ab, const Vec3& cd, const Parallelogram& all) {
+  const double scale = std::max({all.lp, all.lq, all.lr, all.ls});
+  const double volume = ab.dot(all.p.cross(cd));
+  return volume * volume <= 1e-28 * scale * scale * ab.squaredNorm() * cd.squaredNorm();
+}
+
+/// Change of a polygon's solid angle with one of its edges: moving x of the edge uv by dx sweeps
+/// (dx x dl) . x / |x|^3 (the law of Biot and Savart). Integrated over the edge, where dx runs linearly from
+/// du to dv, that is du . n / |u| + dv . n / |v| with n = v x u / (|u| |v| + u . v): one term an edge, and
+/// infinite only where the edge goes through the eye. False if it does.
+bool add_edge(const Vec3& u, double lu, const Vec3& v, double lv, Vec3& du, Vec3& dv) {
+  const Vec3 across = v.cross(u);
+  const double product = lu * lv, dot = u.dot(v), area2 = across.squaredNorm();
+  if (dot <= 0 && area2 <= 1e-30 * product * product) return false;
+  // Of opposite arrows the sum |u| |v| + u . v is a small difference: area^2 over the other sum is the same.
+  const double shrink = dot > 0 ? 1 / (product + dot) : (product - dot) / area2;
+  du += shrink / lu * across;
+  dv += shrink / lv * across;
+  return true;
 }
 
 }  // namespace
 
 double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  // The differences between points of the two segments fill the parallelogram p, q, r, s.
-  const Vec3 p = c - a, q = d - a, r = d - b, s = c - b;
-  const double scale = std::max({p.norm(), q.norm(), r.norm(), s.norm()});
-  const double volume = (b - a).dot(p.cross(d - c));
-  // Flat parallelogram: segments in one plane, which see nothing of each other.
-  if (std::abs(volume) <= 1e-14 * scale * (b - a).norm() * (d - c).norm()) return 0;
-  return -(solid_angle(p, q, r) + solid_angle(p, r, s));
+  const Parallelogram all(a, b, c, d);
+  return flat(b - a, d - c, all) ? 0 : all.solid_angle();
+}
+
+double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, SegmentGradient& gradient,
+                      double most_gradient_1pm) {
+  const Parallelogram all(a, b, c, d);
+  Vec3 dp = Vec3::Zero(), dq = dp, dr = dp, ds = dp;
+  const bool apart =
+      add_edge(all.p, all.lp, all.q, all.lq, dp, dq) && add_edge(all.q, all.lq, all.r, all.lr, dq, dr) &&
+      add_edge(all.r, all.lr, all.s, all.ls, dr, ds) && add_edge(all.s, all.ls, all.p, all.lp, ds, dp);
+  if (!apart) {
+    gradient = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    return 0;
+  }
+  gradient = {dp + dq, dr + ds, -(dp + ds),
+              -(dq + dr)};  // minus the solid angle, whose corners move with c, d, -a, -b
+  const double longest = std::sqrt(std::max({gradient.a.squaredNorm(), gradient.b.squaredNorm(),
+                                             gradient.c.squaredNorm(), gradient.d.squaredNorm()}));
+  if (longest > most_gradient_1pm) {
+    const double shrink = most_gradient_1pm / longest;
+    for (Vec3* part : {&gradient.a, &gradient.b, &gradient.c, &gradient.d}) *part *= shrink;
+  }
+  return flat(b - a, d - c, all) ? 0 : all.solid_angle();
 }
 
 Eigen::MatrixXd writhe_matrix(const Polyline& first, const Polyline& second) {
@@ -39,52 +88,22 @@ Eigen::MatrixXd writhe_matrix(const Polyline& first, const Polyline& second) {
   return omega;
 }
 
+Eigen::RowVectorXd writhe_sums(const Eigen::MatrixXd& omega_sr) {
+  return omega_sr.colwise().sum();
+}
+
 double gauss_linking_integral(const Polyline& first, const Polyline& second) {
   return writhe_matrix(first, second).sum() / (4 * M_PI);
+}
+
+double writhe_of_open(const Polyline& curve) {
+  return gauss_linking_integral(curve, curve);  // a segment sees nothing of itself
 }
 
 double writhe_of_closed(const Polyline& curve) {
   Polyline closed = curve;
   closed.push_back(curve.front());
-  return gauss_linking_integral(closed, closed);  // a segment sees nothing of itself
-}
-
-double winding_number(const Polyline& curve, const Vec3& center, const Vec3& normal, Turning turning) {
-  double angle = 0;
-  for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
-    const Vec3 from = curve[i] - center, to = curve[i + 1] - center;
-    const Vec3 a = from - normal.dot(from) * normal, b = to - normal.dot(to) * normal;
-    const double step = std::atan2(normal.dot(a.cross(b)), a.dot(b));
-    angle += turning == Turning::is_signed ? step : std::abs(step);
-  }
-  return angle / (2 * M_PI);
-}
-
-Polyline read_polyline(const std::filesystem::path& file) {
-  const auto refuse = [&](const std::string& where, const std::string& sentence) {
-    throw pipeline::UserError(pipeline::Fault::input, where, sentence, "a polyline is one x,y,z a line");
-  };
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) refuse(file.string(), "there is no such file");
-  std::ifstream in(file);
-  Polyline points;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    std::istringstream cells(line);
-    Vec3 p;
-    char comma = ',';
-    for (int i = 0; i < 3; ++i) {
-      if (i > 0 && (!(cells >> comma) || comma != ',')) comma = 0;
-      if (!(cells >> p[i])) comma = 0;
-    }
-    std::string rest;
-    if (comma != ',' || cells >> rest || !p.allFinite())
-      refuse(file.string() + ":" + std::to_string(number), "'" + line.substr(0, 60) + "' is not x,y,z");
-    points.push_back(p);
-  }
-  if (points.size() < 2) refuse(file.string(), "a polyline needs at least two points");
-  return points;
+  return writhe_of_open(closed);
 }
 
 }  // namespace geocage::topology

@@ -1,40 +1,81 @@
 #pragma once
-#include <filesystem>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "geometry/pose.h"
+#include "topology/polyline.h"
 
 namespace geocage::topology {
 
-using geometry::Vec3;
-using Polyline = std::vector<Vec3>;
-
 /// Signed solid angle [sr] under which the segments ab and cd see each other, in [-2 pi, 2 pi]: the double
 /// integral of Gauss over the two segments (thesis eq. 3.1, in the arctangent form that needs no clamp). 0
-/// for segments that are parallel, share an end, or have no length. Jumps by 4 pi where the segments cross.
+/// for segments that lie in one plane: parallel ones, those that share an end or have no length. Jumps by
+/// 4 pi where the segments cross.
 double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
+/// Derivatives of a segment_writhe by its four points [sr/m]; they add up to zero.
+struct SegmentGradient {
+  Vec3 a, b, c, d;
+};
+
+constexpr double no_cap_1pm = std::numeric_limits<double>::infinity();
+
+/// The value and its derivatives, exact also where the value is 0 because the segments lie in one plane.
+/// Where an end comes near to the other segment the gradient grows like 1 / gap: when one of its four parts
+/// is longer than `most_gradient_1pm` all are scaled down together, which keeps their direction and their
+/// sum. Segments that touch, share an end or overlap have no gradient: zero, and the value 0.
+double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, SegmentGradient& gradient,
+                      double most_gradient_1pm = no_cap_1pm);
 
 /// Omega_ij [sr] of segment i of `first` and j of `second`, (n-1) x (m-1). O(n m).
 /// Precondition: at least two points each.
 Eigen::MatrixXd writhe_matrix(const Polyline& first, const Polyline& second);
 
+/// w_j = sum_i Omega_ij [sr] (thesis 3.1): how much the whole first chain winds round segment j of the
+/// second.
+Eigen::RowVectorXd writhe_sums(const Eigen::MatrixXd& omega_sr);
+
 /// Sum of the writhe matrix over 4 pi (thesis eq. 2.1): the linking number of two closed curves.
 double gauss_linking_integral(const Polyline& first, const Polyline& second);
 
-/// Writhe of one closed polyline (last point joined to the first): sum over i != j of Omega_ij / 4 pi.
+/// Writhe of one polyline: sum over i != j of Omega_ij / 4 pi; closed joins the last point to the first.
+double writhe_of_open(const Polyline& curve);
 double writhe_of_closed(const Polyline& curve);
 
-enum class Turning { is_signed, is_unsigned };
+/// Writhe matrix of two chains of fixed lengths with its derivatives, for planners that ask again and again:
+/// all memory is taken when it is made.
+class WritheField {
+ public:
+  /// Numbers of points, at least two each.
+  WritheField(int first_points, int second_points, double most_gradient_1pm = no_cap_1pm);
 
-/// Turns of a polyline around `center` in the plane with the unit `normal`. Unsigned is thesis eq. 3.13:
-/// there and back adds up. Precondition: no point at the centre.
-double winding_number(const Polyline& curve, const Vec3& center, const Vec3& normal,
-                      Turning turning = Turning::is_signed);
+  /// Fills omega and all gradients; allocates nothing. O(n m). Precondition: as many points as announced.
+  void evaluate(const Polyline& first, const Polyline& second);
 
-/// One "x,y,z" a line, metres. UserError (input) naming file and line: not three finite numbers, fewer than
-/// two points.
-Polyline read_polyline(const std::filesystem::path& file);
+  const Eigen::MatrixXd& omega_sr() const { return omega_; }
+  const SegmentGradient& gradient(int i, int j) const { return gradients_[i * omega_.cols() + j]; }
+
+  /// Derivatives by joints of all entries [sr per joint unit], row i (m - 1) + j for Omega_ij: `jacobian` is
+  /// (n-1)(m-1) x joints. The 3 x joints blocks of `first` and `second`, one below the other, are the
+  /// Jacobians [m per joint unit] of the chains' points; a chain without rows stands still. Allocates nothing
+  /// when `jacobian` has its size. O(n m joints).
+  void by_joints(const Eigen::MatrixXd& first, const Eigen::MatrixXd& second,
+                 Eigen::MatrixXd& jacobian) const;
+
+  /// The same for the sums w_j: (m-1) x joints. About a quarter of by_joints's work, since gradients are
+  /// added up before they meet the joints.
+  void sums_by_joints(const Eigen::MatrixXd& first, const Eigen::MatrixXd& second,
+                      Eigen::MatrixXd& jacobian) const;
+
+  /// Derivatives of sum_ij weight_ij Omega_ij by all points [weight sr/m]: columns are points. With weights
+  /// 1 / 4 pi the gradient of the Gauss linking integral. `second` gives those of the second chain's points.
+  void by_points(const Eigen::MatrixXd& weights, Eigen::Matrix3Xd& first, Eigen::Matrix3Xd& second) const;
+
+ private:
+  double most_gradient_1pm_;
+  Eigen::MatrixXd omega_;
+  std::vector<SegmentGradient> gradients_;
+};
 
 }  // namespace geocage::topology

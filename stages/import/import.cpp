@@ -4,6 +4,7 @@
 
 #include "geometry/cloud_files.h"
 #include "geometry/mesh_files.h"
+#include "geometry/repair.h"
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
 #include "stages/import/table.h"
@@ -20,6 +21,8 @@ void ImportParams::visit(pipeline::Fields& f) {
   f("unit", unit, {}, "unit of the file: m, cm, mm, inch, or metres per unit");
   f("timeout_s", timeout_s, {0.1, 3600}, "how long the reader may take");
   f("memory_gib", memory_gib, {0.1, 64}, "how much memory the reader may take");
+  f("repair", repair, {"repair", "check", "none"},
+    "meshes that are not one closed part that doesn't cut itself: mend them, refuse them, or keep them");
   f("scene", scene, {"auto", "object", "table"},
     "clouds: one object, a table with objects, or look for a table");
   f("cluster", cluster, {0, 1000}, "table scenes: which object to keep, the one with most points first");
@@ -74,6 +77,26 @@ PointCloud object_on_table(const ImportParams& params, pipeline::Run& run, const
   return object;
 }
 
+/// A mesh that is no solid is mended or refused.
+TriangleMesh solid_of(const ImportParams& params, pipeline::Run& run, TriangleMesh mesh,
+                      const std::string& name) {
+  const auto refuse = [&](const std::string& why, std::vector<int> triangles) {
+    std::string at;
+    for (int f : triangles) at += fmt::format("{}{}", at.empty() ? " (triangles " : ", ", f);
+    throw UserError(Fault::input, name, "this is no solid: " + why + (at.empty() ? "" : at + ")"),
+                    "mend the file, or say import.repair = 'none' to take it as it is");
+  };
+  if (params.repair == "check") {
+    std::vector<int> triangles;
+    if (const auto flaw = geometry::flaw_of_solid(mesh, &triangles); !flaw.empty()) refuse(flaw, triangles);
+  }
+  if (params.repair != "repair") return mesh;
+  geometry::Repair repair = geometry::repair_mesh(mesh, {.seed = params.seed});
+  if (repair.outcome == geometry::RepairOutcome::rejected) refuse(repair.reason, repair.triangles);
+  geometry::tell(repair, run);
+  return std::move(repair.mesh);
+}
+
 }  // namespace
 
 TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
@@ -81,8 +104,9 @@ TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const g
   auto mesh = pipeline::contained<TriangleMesh>(limits_of(params), file.path.string(),
                                                 [&] { return geometry::read_mesh(file.path, scale); });
   const bool turned = geometry::orient_outward(mesh);
+  geometry::guard_units(file.path.string(), geometry::check_mesh(mesh).diagonal_m());
+  mesh = solid_of(params, run, std::move(mesh), file.path.string());
   const auto report = geometry::check_mesh(mesh);
-  geometry::guard_units(file.path.string(), report.diagonal_m());
   run.metric("vertices", report.vertices);
   run.metric("triangles", report.triangles);
   run.metric("euler", report.euler);

@@ -10,6 +10,7 @@ struct ImportParams {
   std::string unit = "m";
   double timeout_s = 10;
   double memory_gib = 4;
+  std::string repair = "repair";
   std::string scene = "auto";
   int cluster = 0;
   double plane_tolerance_m = 0.008;
@@ -22,9 +23,9 @@ struct ImportParams {
   void visit(pipeline::Fields& f);
 };
 
-/// A foreign mesh, read in a worker process, in metres, outward. It may be open: metrics tell.
-/// Errors: UserError (input) naming the file: unreadable, crashed or hung its reader, not finite, a size no
-/// hand can hold.
+/// A foreign mesh, read in a worker process, in metres, outward; mended to a solid (geometry/repair.h) unless
+/// `repair` says otherwise: metrics `repair_*` tell what was done. Errors: UserError (input) naming the file:
+/// unreadable, crashed or hung its reader, not finite, a size no hand can hold, no solid (triangles named).
 geometry::TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run,
                                    const geometry::SourceFile& file);
 
@@ -34,7 +35,7 @@ geometry::TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& ru
 geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run,
                                   const geometry::SourceFile& file);
 
-inline constexpr pipeline::Stage import_mesh_stage{"import", 1, &import_mesh};
+inline constexpr pipeline::Stage import_mesh_stage{"import", 2, &import_mesh};
 inline constexpr pipeline::Stage import_cloud_stage{"import", 1, &import_cloud};
 
 }  // namespace geocage::stages

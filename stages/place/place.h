@@ -6,7 +6,7 @@
 #include "geometry/distance_field.h"
 #include "hands/grasp.h"
 #include "pipeline/stage.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::stages {
 

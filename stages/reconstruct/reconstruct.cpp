@@ -4,10 +4,12 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <pcl/kdtree/kdtree_flann.h>
 
+#include "geometry/repair.h"
+#include "geometry/wrap.h"
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
+#include "stages/reconstruct/observed.h"
 #include "stages/reconstruct/surfaces.h"
 #include "stages/reconstruct/unseen.h"
 
@@ -18,21 +20,23 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 
 void ReconstructParams::visit(pipeline::Fields& f) {
+  f("method", method, {"poisson", "cgal_poisson", "advancing_front", "alpha_wrap"},
+    "tried first; then Poisson, then an alpha wrap");
   f("depth", depth, {4, 10}, "of Poisson's octree: cells are 1.1 x the longest side / 2^depth");
   f("samples_per_node", samples_per_node, {1, 20},
     "points that Poisson wants in a cell; more of them smooth noise");
   f("close_unseen", close_unseen,
     "end the surface at the table and behind a single view instead of letting it balloon");
-  f("unseen_step_m", unseen_step_m, {0.0005, 0.1}, "distance of the points that end it there");
-  f("most_hole_edges", most_hole_edges, {0, 10000},
-    "holes of Poisson's surface with at most so many edges are filled");
-  f("observed_m", observed_m, {0.0001, 0.1}, "surface this near to a point counts as observed");
+  f("unseen_step_m", unseen_step_m, {0.0005, 0.1},
+    "distance of the points that end it there, at least 1/200 of the cloud's diagonal");
+  f("observed_m", observed_m, {0.0001, 0.1},
+    "surface this near to a point counts as observed, at twice this distance no longer");
   f("most_growth", most_growth, {1, 100},
-    "Poisson's answer is refused when its box is so many times larger than the cloud's");
+    "an answer is refused when its box is so many times larger than the cloud's");
   f("wrap_alpha", wrap_alpha, {0.005, 1},
     "alpha wrap: size of the openings it closes, in diagonals of the cloud");
-  f("timeout_s", timeout_s, {1, 3600}, "how long Poisson may take");
-  f("memory_gib", memory_gib, {0.1, 64}, "how much memory Poisson may take");
+  f("timeout_s", timeout_s, {1, 3600}, "how long each method may take");
+  f("memory_gib", memory_gib, {0.1, 64}, "how much memory each method may take");
   f("seed", seed, "of CGAL's random source");
 }
 
@@ -47,116 +51,101 @@ double diagonal_of(const std::vector<Vec3>& points) {
   return (high - low).norm();
 }
 
-/// The component with the most triangles, unused vertices dropped.
-TriangleMesh largest_component(const TriangleMesh& mesh, int& dropped) {
-  const auto neighbours = geometry::vertex_neighbours(mesh);
-  std::vector<int> part(mesh.vertices.size(), -1), stack;
-  int parts = 0;
-  for (std::size_t seed = 0; seed < part.size(); ++seed) {
-    if (part[seed] >= 0 || neighbours.size(static_cast<int>(seed)) == 0) continue;
-    part[seed] = parts;
-    for (stack = {static_cast<int>(seed)}; !stack.empty();) {
-      const int v = stack.back();
-      stack.pop_back();
-      for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i)
-        if (int& other = part[neighbours.items[i]]; other < 0) {
-          other = parts;
-          stack.push_back(neighbours.items[i]);
-        }
-    }
-    ++parts;
+/// The method asked for, then those that take its place: Poisson, and at last a wrap, which always answers.
+std::vector<std::string> chain_of(const std::string& method) {
+  std::vector<std::string> chain = {method};
+  for (const char* next : {"poisson", "alpha_wrap"})
+    if (std::count(chain.begin(), chain.end(), next) == 0) chain.emplace_back(next);
+  return chain;
+}
+
+double number_of(const std::string& method) {
+  const std::vector<std::string> names = {"poisson", "alpha_wrap", "cgal_poisson", "advancing_front"};
+  return static_cast<double>(std::find(names.begin(), names.end(), method) - names.begin());
+}
+
+TriangleMesh surface_by(const std::string& method, const ReconstructParams& params,
+                        const PointCloud& points) {
+  if (method == "poisson") return poisson_surface(points, params.depth, params.samples_per_node);
+  if (method == "cgal_poisson") return cgal_poisson_surface(points, mean_spacing_m(points), params.seed);
+  if (method == "advancing_front") return advancing_front_surface(points, params.seed);
+  const double alpha = params.wrap_alpha * diagonal_of(points.points);
+  return geometry::wrapped_surface({points.points, {}}, alpha, alpha / 20, params.seed);
+}
+
+/// An answer, or why there is none.
+struct Attempt {
+  geometry::Repair repair;
+  std::string why;
+};
+
+/// The surface of one method, made in a worker process and mended.
+Attempt attempt(const std::string& method, const ReconstructParams& params, const PointCloud& points) {
+  Attempt made;
+  try {
+    const auto surface =
+        pipeline::contained<TriangleMesh>({params.timeout_s, params.memory_gib}, "reconstruct",
+                                          [&] { return surface_by(method, params, points); });
+    made.repair = geometry::repair_mesh(surface, {.parts = "largest", .seed = params.seed});
+  } catch (const pipeline::UserError& error) {
+    made.why = error.sentence();
+    return made;
   }
-  std::vector<int> size(static_cast<std::size_t>(parts), 0);
-  for (const auto& t : mesh.triangles) ++size[part[t[0]]];
-  const int best = static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
-  dropped = std::max(0, parts - 1);
-
-  TriangleMesh kept;
-  std::vector<int> renamed(mesh.vertices.size(), -1);
-  for (std::size_t v = 0; v < part.size(); ++v)
-    if (part[v] == best) {
-      renamed[v] = static_cast<int>(kept.vertices.size());
-      kept.vertices.push_back(mesh.vertices[v]);
-    }
-  for (const auto& t : mesh.triangles)
-    if (part[t[0]] == best) kept.triangles.push_back({renamed[t[0]], renamed[t[1]], renamed[t[2]]});
-  return kept;
+  if (made.repair.outcome == geometry::RepairOutcome::rejected) {
+    made.why = made.repair.reason;
+    return made;
+  }
+  const double growth = geometry::check_mesh(made.repair.mesh).diagonal_m() / diagonal_of(points.points);
+  if (growth > params.most_growth)
+    made.why = fmt::format("its box is {:.2f} times as large as the cloud's", growth);
+  return made;
 }
 
-/// Why a surface is not taken; empty when it is.
-std::string objection(const TriangleMesh& mesh, double cloud_diagonal, double most_growth) {
-  const auto report = geometry::check_mesh(mesh);
-  if (!report.closed_manifold()) return geometry::flaw(report);
-  const double growth = report.diagonal_m() / cloud_diagonal;
-  return growth <= most_growth ? "" : fmt::format("its box is {:.2f} times as large as the cloud's", growth);
-}
-
-/// Poisson's surface, made in a worker process: PCL's keeps global state, so that two at once in one process
-/// crash.
-TriangleMesh contained_poisson(const ReconstructParams& params, const PointCloud& points) {
-  return pipeline::contained<TriangleMesh>({params.timeout_s, params.memory_gib}, "reconstruct", [&] {
-    return poisson_surface(points, params.depth, params.samples_per_node);
-  });
-}
-
-/// Share of the surface's area that lies within `near_m` of a point.
-double observed_share(const TriangleMesh& mesh, const PointCloud& cloud, double near_m) {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
-  for (const Vec3& p : cloud.points)
-    points->emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  tree.setInputCloud(points);
+double share_of_area(const TriangleMesh& mesh, const std::vector<double>& values) {
   const auto areas = geometry::vertex_areas_m2(mesh);
-  double observed = 0, all = 0;
-  pcl::Indices nearest(1);
-  std::vector<float> squared(1);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const auto p = mesh.vertices[v].cast<float>();
-    tree.nearestKSearch({p.x(), p.y(), p.z()}, 1, nearest, squared);
+  double sum = 0, all = 0;
+  for (std::size_t v = 0; v < areas.size(); ++v) {
+    sum += areas[v] * values[v];
     all += areas[v];
-    if (squared[0] <= near_m * near_m) observed += areas[v];
   }
-  return observed / all;
+  return sum / all;
 }
 
 }  // namespace
 
 TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, const PointCloud& cloud) {
-  if (cloud.normals.size() != cloud.size())
-    throw pipeline::UserError(pipeline::Fault::geometry, "reconstruct", "the cloud has no normals");
-  const PointCloud points = params.close_unseen ? closed_where_unseen(cloud, params.unseen_step_m) : cloud;
-  const double diagonal = diagonal_of(points.points);
-
-  int dropped = 0, holes = 0, answered_by = 0;
-  TriangleMesh mesh;
-  std::string why;
-  try {
-    mesh = largest_component(contained_poisson(params, points), dropped);
-    holes = fill_holes(mesh, params.most_hole_edges);
-    geometry::orient_outward(mesh);
-    why = objection(mesh, diagonal, params.most_growth);
-  } catch (const pipeline::UserError& error) {
-    why = error.sentence();
-  }
-  if (!why.empty()) {
-    run.log("Poisson's surface is not taken: " + why + "; an alpha wrap answers");
-    answered_by = 1;
-    const double alpha = params.wrap_alpha * diagonal;
-    mesh = largest_component(wrapped_surface(points, alpha, alpha / 20, params.seed), dropped);
-    geometry::orient_outward(mesh);
-  }
-  const auto report = geometry::check_mesh(mesh);
-  if (!report.closed_manifold())
+  if (cloud.size() < 4 || cloud.normals.size() != cloud.size())
     throw pipeline::UserError(pipeline::Fault::geometry, "reconstruct",
-                              "no closed surface was found: " + geometry::flaw(report),
+                              cloud.size() < 4 ? "a surface needs four points" : "the cloud has no normals");
+  const double step_m = std::max(params.unseen_step_m, diagonal_of(cloud.points) / 200);
+  const PointCloud points = params.close_unseen ? closed_where_unseen(cloud, step_m) : cloud;
+
+  Attempt made;
+  std::string failures;
+  int tried = 0;
+  for (const std::string& method : chain_of(params.method)) {
+    made = attempt(method, params, points);
+    ++tried;
+    if (made.why.empty()) {
+      run.metric("answered_by", number_of(method));
+      if (tried > 1) run.log(failures + method + " answers");
+      break;
+    }
+    failures += method + "'s surface is not taken: " + made.why + "; ";
+  }
+  if (!made.why.empty())
+    throw pipeline::UserError(pipeline::Fault::geometry, "reconstruct",
+                              "no closed surface was found: " + failures.substr(0, failures.size() - 2),
                               "scan from more sides, or lower reconstruct.depth");
-  run.metric("answered_by", answered_by);
-  run.metric("components_dropped", dropped);
-  run.metric("holes_filled", holes);
+  TriangleMesh mesh = std::move(made.repair.mesh);
+  mesh.observed = observed_of(mesh, cloud, params.observed_m);
+  run.metric("methods_tried", tried);
   run.metric("points_added", static_cast<double>(points.size() - cloud.size()));
+  const auto report = geometry::check_mesh(mesh);
   run.metric("vertices", report.vertices);
   run.metric("euler", report.euler);
-  run.metric("observed_share", observed_share(mesh, cloud, params.observed_m));
+  run.metric("observed_share", share_of_area(mesh, mesh.observed));
+  geometry::tell(made.repair, run);
   return mesh;
 }
 

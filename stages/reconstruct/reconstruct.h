@@ -6,11 +6,11 @@
 namespace geocage::stages {
 
 struct ReconstructParams {
+  std::string method = "poisson";
   int depth = 7;
   double samples_per_node = 4;
   bool close_unseen = true;
   double unseen_step_m = 0.003;
-  int most_hole_edges = 40;
   double observed_m = 0.004;
   double most_growth = 1.5;
   double wrap_alpha = 0.05;
@@ -20,12 +20,14 @@ struct ReconstructParams {
   void visit(pipeline::Fields& f);
 };
 
-/// A closed, outward, manifold surface of one component through oriented points: Poisson reconstruction, or
-/// an alpha wrap where Poisson's answer won't do. The metric `answered_by` says which (0 Poisson, 1 wrap),
-/// the log why. Errors: UserError (geometry) when neither gives a closed manifold. About 3 s per 100k points.
+/// A solid's surface through oriented points (geometry/repair.h: one closed, 2-manifold, outward component
+/// that doesn't cut itself), with the share that was observed at each vertex. The method asked for answers,
+/// or the next of the chain method, poisson, alpha_wrap where its surface can't be mended or balloons away.
+/// The metric `answered_by` says which (0 poisson, 1 alpha_wrap, 2 cgal_poisson, 3 advancing_front), the log
+/// why. Errors: UserError (geometry) when none does, or without normals. About 3 s per 100k points.
 geometry::TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run,
                                    const geometry::PointCloud& cloud);
 
-inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 1, &reconstruct};
+inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 2, &reconstruct};
 
 }  // namespace geocage::stages

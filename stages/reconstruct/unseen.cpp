@@ -60,6 +60,7 @@ class DepthImage {
     cell_ = step_m / (mean - sensor_).norm();
     for (const Vec3& p : seen.points) {
       const Vec3 q = frame_.transpose() * (p - sensor_);
+      if (q.z() <= 0.01 * (mean - sensor_).norm()) continue;  // beside or behind the sensor: not of this view
       const Cell cell(static_cast<int>(std::lround(q.x() / q.z() / cell_)),
                       static_cast<int>(std::lround(q.y() / q.z() / cell_)));
       const auto [it, fresh] = depth_.try_emplace(cell, q.z());
@@ -109,7 +110,7 @@ void close_behind(const PointCloud& seen, double step_m, Adder& adder) {
     if (seen.support) {
       const double near = seen.support->height_m(image.at(cell, 0)),
                    far = seen.support->height_m(image.at(cell, end));
-      if (far < 0) {
+      if (near > 0 && far < 0) {
         end *= near / (near - far);
         facing = -seen.support->normal;
       }

@@ -5,19 +5,21 @@
 namespace geocage::stages {
 
 struct RemeshParams {
+  std::string size_by = "edge_length";
   double edge_length_m = 0.004;
+  int vertices = 5000;
   int sweeps = 5;
-  std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };
 
-/// Near-equilateral triangles of one edge length on the same surface (Botsch and Kobbelt 2004: split,
-/// collapse, flip, smooth, project; by CGAL). Precondition: closed manifold. Errors: UserError
-/// (configuration) for an edge length that doesn't suit the object's size; UserError (geometry) when the
-/// result is not closed, changes its genus, or cuts itself (triangles named).
+/// Near-equilateral triangles of one edge length on the same surface (isotropic.h), with `observed` carried
+/// over. Precondition: closed manifold. Answers a closed manifold of the same Euler number that doesn't cut
+/// itself; metrics say how far it lies from the input. Errors: UserError (configuration) for a size that
+/// doesn't suit the object; UserError (geometry) when the input is not a closed manifold or the result is not
+/// what was promised (elements named). About 1 s for 20000 vertices.
 geometry::TriangleMesh remesh(const RemeshParams& params, pipeline::Run& run,
                               const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage remesh_stage{"remesh", 1, &remesh};
+inline constexpr pipeline::Stage remesh_stage{"remesh", 2, &remesh};
 
 }  // namespace geocage::stages

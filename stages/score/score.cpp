@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "pipeline/error.h"
+#include "topology/agreement.h"
+#include "topology/loops.h"
 
 namespace geocage::stages {
 
@@ -19,7 +21,8 @@ using topology::Candidate;
 
 void ScoreParams::visit(pipeline::Fields& f) {
   f("radius_m", radius_m, {0, 10}, "radius of the balls that are ranked; 0 is the hand's own");
-  f("heuristics", heuristics, {"winding", "curvature", "random"}, "what candidates are chosen by");
+  f("heuristics", heuristics, {"winding", "curvature", "combined", "loops", "random"},
+    "what candidates are chosen by");
   f("max_candidates", max_candidates, {1, 10000}, "candidates of each heuristic");
   f("min_candidates", min_candidates, {0, 10000},
     "where the centre of mass leaves fewer, vertices of the smallest offset fill up");
@@ -29,6 +32,9 @@ void ScoreParams::visit(pipeline::Fields& f) {
     "the centre of mass must lie this near to the line through the vertex along its normal");
   f("most_share", most_share, {0, 1},
     "a radius whose median ball holds more of the surface is reported, not ranked");
+  f("winding_min_rad", winding_min_rad, {0, 7}, "winding candidates have at least this winding angle");
+  f("winding_max_rad", winding_max_rad, {0, 7}, "and at most this one");
+  f("beside", beside, {"none", "hop", "dijkstra"}, "metric of a second ball, reported beside the ranked one");
   f("seed", seed, "of the random candidates");
 }
 
@@ -84,6 +90,22 @@ std::vector<double> normalised(const std::vector<double>& values) {
   std::vector<double> scaled;
   for (double x : values) scaled.push_back(high > low ? (x - low) / (high - low) : x * 0);
   return scaled;
+}
+
+/// Winding angles inside the window; NaN elsewhere.
+std::vector<double> windowed(const ScoreParams& params, std::vector<double> angles) {
+  for (double& w : angles)
+    if (w < params.winding_min_rad || w > params.winding_max_rad) w = std::nan("");
+  return angles;
+}
+
+/// The mean of both normalised scores: a vertex must be good for a ring and for a shell. Without an axis
+/// there is no ring: half of the other.
+std::vector<double> combined(const std::vector<double>& winding, const std::vector<double>& curvature) {
+  std::vector<double> values;
+  for (std::size_t v = 0; v < winding.size(); ++v)
+    values.push_back(((std::isfinite(winding[v]) ? winding[v] : 0) + curvature[v]) / 2);
+  return values;
 }
 
 /// Uniform in [0, 1) for each vertex: the control that scores must beat.
@@ -158,6 +180,111 @@ Choice choose(const ScoreParams& params, const TriangleMesh& mesh, const geometr
   return choice;
 }
 
+/// What the candidates of one object have in common.
+struct Bodies {
+  const TriangleMesh& mesh;
+  const BallFields& ball;
+  std::vector<Vec3> normals = geometry::vertex_normals(mesh);
+  std::vector<double> offsets = line_offsets(mesh, normals);
+  geometry::CompressedRows neighbours = geometry::vertex_neighbours(mesh);
+
+  Candidate candidate(int v, const std::string& heuristic, double score) const {
+    return {.vertex = v,
+            .heuristic = heuristic,
+            .score = score,
+            .radius_m = ball.radius_m,
+            .winding_angle_rad = ball.winding_angle_rad[v],
+            .curvature_sum_rad = ball.curvature_sum_rad[v],
+            .euler = ball.euler[v],
+            .p_O = mesh.vertices[v],
+            .n_O = normals[v],
+            .center_O = ball.center[v],
+            .axis_O = ball.axis[v],
+            .com_offset_m = offsets[v]};
+  }
+};
+
+/// Candidates of a field over the vertices.
+void add_by_field(const ScoreParams& params, pipeline::Run& run, const Bodies& body,
+                  const std::string& heuristic, const std::vector<double>& values,
+                  std::vector<Candidate>& candidates) {
+  const auto ranked = ranking(values, body.offsets, params.com_offset_m);
+  const auto chosen = choose(params, body.mesh, body.neighbours, ranked);
+  for (int v : chosen.vertices) {
+    Candidate c = body.candidate(v, heuristic, values[v]);
+    if (heuristic == "winding" && c.winding_angle_rad == 2 * M_PI)
+      if (const auto ring = topology::section_loop(body.mesh, c.p_O, c.center_O, c.axis_O))
+        c.ring_length_m = ring->length_m;
+    candidates.push_back(std::move(c));
+  }
+  run.metric(heuristic + "_eligible", static_cast<double>(ranked.near));
+  run.metric(heuristic + "_candidates", static_cast<double>(chosen.vertices.size()));
+  run.metric(heuristic + "_far_candidates", chosen.far);
+}
+
+/// The vertex nearest to p.
+int nearest_vertex(const TriangleMesh& mesh, const Vec3& p) {
+  int best = 0;
+  for (int v = 1; v < static_cast<int>(mesh.vertices.size()); ++v)
+    if ((mesh.vertices[v] - p).squaredNorm() < (mesh.vertices[best] - p).squaredNorm()) best = v;
+  return best;
+}
+
+/// Where a hand could close around a handle: for each loop around one, the loop's point of the smallest
+/// offset that is far enough from those taken. Axis: normal of the loop's plane, which is the handle's
+/// tangent.
+void add_at_loops(const ScoreParams& params, pipeline::Run& run, const Bodies& body,
+                  std::vector<Candidate>& candidates) {
+  std::vector<topology::SurfaceLoop> loops = topology::handle_loops(body.mesh);
+  std::erase_if(loops, [](const auto& loop) { return loop.kind != topology::LoopKind::around; });
+  const std::size_t before = candidates.size();
+  std::vector<char> covered(body.mesh.vertices.size(), 0);
+  bool more = true;
+  for (int turn = 0; more && turn < params.max_candidates; ++turn) {  // a point of each loop, and again
+    more = false;
+    for (const auto& loop : loops) {
+      if (static_cast<int>(candidates.size() - before) >= params.max_candidates) break;
+      int best = -1;
+      Vec3 center = Vec3::Zero(), axis = Vec3::Zero();
+      for (std::size_t i = 0; i < loop.path.size(); ++i) {
+        const Vec3 &p = loop.path[i], &q = loop.path[(i + 1) % loop.path.size()];
+        center += (p + q) / 2 * (q - p).norm() / loop.length_m;
+        axis += p.cross(q);  // twice the loop's vector area
+        const int v = nearest_vertex(body.mesh, p);
+        if (!covered[v] && (best < 0 || body.offsets[v] < body.offsets[best])) best = v;
+      }
+      if (best < 0) continue;
+      more = true;
+      mark_around(body.mesh, body.neighbours, best, params.spacing_m, covered);
+      Candidate c = body.candidate(best, "loops", loops.front().length_m / loop.length_m);
+      c.center_O = center;
+      c.axis_O = axis.normalized();
+      c.ring_length_m = loop.length_m;
+      candidates.push_back(std::move(c));
+    }
+  }
+  std::stable_sort(candidates.begin() + static_cast<std::ptrdiff_t>(before), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  run.metric("loops_around", static_cast<double>(loops.size()));
+  run.metric("loops_candidates", static_cast<double>(candidates.size() - before));
+}
+
+/// The ball of the other metric for every candidate, and how both rank the vertices.
+void report_beside(const ScoreParams& params, pipeline::Run& run, topology::Scores& scores) {
+  const auto metric = params.beside == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
+  const auto beside = topology::ball_fields(scores.mesh, {scores.ball.radius_m}, metric).radii.front();
+  for (Candidate& c : scores.candidates) {
+    c.beside_winding_angle_rad = beside.winding_angle_rad[c.vertex];
+    c.beside_curvature_sum_rad = beside.curvature_sum_rad[c.vertex];
+  }
+  const auto tell = [&](const char* name, const std::vector<double>& a, const std::vector<double>& b) {
+    const double agreement = topology::rank_correlation(a, b);
+    if (std::isfinite(agreement)) run.metric(name, agreement);
+  };
+  tell("beside_winding_rank_correlation", scores.ball.winding_angle_rad, beside.winding_angle_rad);
+  tell("beside_curvature_rank_correlation", scores.ball.curvature_sum_rad, beside.curvature_sum_rad);
+}
+
 }  // namespace
 
 topology::Scores score(const ScoreParams& params, pipeline::Run& run, const TriangleMesh& mesh,
@@ -165,27 +292,23 @@ topology::Scores score(const ScoreParams& params, pipeline::Run& run, const Tria
   const double area = geometry::check_mesh(mesh).area_m2;
   topology::Scores scores{{}, mesh, ranked_ball(params, run, balls, area)};
   const BallFields& ball = scores.ball;
-  const auto normals = geometry::vertex_normals(mesh);
-  const auto offsets = line_offsets(mesh, normals);
-  const auto neighbours = geometry::vertex_neighbours(mesh);
+  const Bodies body{mesh, ball};
   const bool rankable = topology::median_share(ball, area) <= params.most_share;
+  const auto winding = [&] { return normalised(windowed(params, ball.winding_angle_rad)); };
+  const auto curvature = [&] { return normalised(ball.curvature_sum_rad); };
+  const auto add = [&](const std::string& heuristic, const std::vector<double>& values) {
+    add_by_field(params, run, body, heuristic, values, scores.candidates);
+  };
 
   for (const auto& heuristic : params.heuristics) {
-    if (!rankable && heuristic != "random") continue;
-    const auto values =
-        normalised(heuristic == "winding"     ? ball.winding_angle_rad
-                   : heuristic == "curvature" ? ball.curvature_sum_rad
-                                              : random_values(mesh.vertices.size(), params.seed));
-    const auto ranked = ranking(values, offsets, params.com_offset_m);
-    const auto chosen = choose(params, mesh, neighbours, ranked);
-    for (int v : chosen.vertices)
-      scores.candidates.push_back({v, heuristic, values[v], ball.radius_m, ball.winding_angle_rad[v],
-                                   ball.curvature_sum_rad[v], ball.euler[v], mesh.vertices[v], normals[v],
-                                   ball.center[v], ball.axis[v]});
-    run.metric(heuristic + "_eligible", static_cast<double>(ranked.near));
-    run.metric(heuristic + "_candidates", static_cast<double>(chosen.vertices.size()));
-    run.metric(heuristic + "_far_candidates", chosen.far);
+    if (heuristic == "random") add(heuristic, normalised(random_values(mesh.vertices.size(), params.seed)));
+    if (heuristic == "loops") add_at_loops(params, run, body, scores.candidates);
+    if (!rankable) continue;
+    if (heuristic == "winding") add(heuristic, winding());
+    if (heuristic == "curvature") add(heuristic, curvature());
+    if (heuristic == "combined") add(heuristic, combined(winding(), curvature()));
   }
+  if (params.beside != "none") report_beside(params, run, scores);
   return scores;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 #include "pipeline/stage.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::stages {
 
@@ -12,6 +12,8 @@ struct ScoreParams {
   double spacing_m = 0.015;
   double com_offset_m = 0.02;
   double most_share = 0.5;
+  double winding_min_rad = 0, winding_max_rad = 7;  // neutral: winding angles lie in [pi, 2 pi]
+  std::string beside = "none";
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };
@@ -22,6 +24,6 @@ struct ScoreParams {
 topology::Scores score(const ScoreParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh,
                        const topology::BallSet& balls);
 
-inline constexpr pipeline::Stage score_stage{"score", 2, &score};
+inline constexpr pipeline::Stage score_stage{"score", 3, &score};
 
 }  // namespace geocage::stages

@@ -144,6 +144,37 @@ TEST_F(Contract, ScoreOfAWholeSurfaceIsGaussBonnet) {
   }
 }
 
+// Half a step more than one mean edge holds a vertex and its neighbours; 1.5 x the mean edge in metres is
+// what any other length of a hop would miss.
+TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
+  auto shape = datasets::icosphere(0.05, 3);
+  for (auto& p : shape.vertices) p.z() *= 1.7;  // edges of many lengths
+  const auto mesh = write("egg.ply", shape);
+  const auto neighbours = geometry::vertex_neighbours(shape);
+  const double edge = geometry::mean_edge_m(shape);
+  for (const auto& [radius, rings] : {std::pair{0.99 * edge, 0}, std::pair{1.01 * edge, 1}}) {
+    const Ended scored = geocage({"score", mesh, "--radius-m", std::to_string(radius)});
+    ASSERT_EQ(scored.code, 0) << scored.err;
+    std::istringstream csv(scored.out);
+    std::string line;
+    std::getline(csv, line);
+    for (int v = 0; std::getline(csv, line); ++v) {
+      std::istringstream row(line);
+      std::string cell;
+      for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
+      ASSERT_EQ(std::stoi(cell), 1 + rings * neighbours.size(v)) << v;
+    }
+  }
+}
+
+TEST_F(Contract, ScoreOfAnOpenMeshIsCode3) {
+  const Ended open =
+      geocage({"score", write("tube.ply", datasets::open_tube(0.03, 0.1, 24, 8)), "--radius-m", "0.03"});
+  EXPECT_EQ(open.code, 3);
+  EXPECT_NE(open.err.find("closed manifold"), std::string::npos) << open.err;
+  EXPECT_EQ(open.out, "");
+}
+
 TEST_F(Contract, UnitsOverrideTheGuard) {
   const auto mesh = write("mm.ply", datasets::icosphere(50, 2));
   const Ended refused = geocage({"score", mesh, "--radius-m", "0.03"});

@@ -72,6 +72,11 @@ TEST(Shapes, TopologyIsAsTold) {
   const auto ring = geometry::check_mesh(torus(0.1, 0.03, 48, 24));
   EXPECT_TRUE(ring.closed_manifold());
   EXPECT_EQ(ring.euler, 0);
+  const auto two = geometry::check_mesh(double_torus(0.1, 0.03, 48, 24));
+  EXPECT_TRUE(two.closed_manifold());
+  EXPECT_EQ(two.euler, -2);
+  EXPECT_EQ(two.components, 1);
+  EXPECT_NEAR(two.volume_m3, 2 * geometry::check_mesh(torus(0.1, 0.03, 48, 24)).volume_m3, 1e-7);  // the tube
   const auto tube = geometry::check_mesh(open_tube(0.03, 0.1, 40, 3));
   EXPECT_EQ(tube.euler, 0);
   EXPECT_EQ(tube.boundary_edges, 2 * 40);

@@ -139,6 +139,20 @@ TEST(Mesh, PlyReadsBackExactly) {
   EXPECT_TRUE(std::isnan(fields[0].values[3]));
 }
 
+TEST(Mesh, ArtefactKeepsWhatWasObserved) {
+  const tests::ScratchFolder folder;
+  auto mesh = datasets::tetrahedron();
+  TriangleMesh read;
+  save_artefact(mesh, folder.path());
+  load_artefact(read, folder.path());
+  EXPECT_TRUE(read.observed.empty());
+  mesh.observed = {1, 0.1, 0, 1.0 / 3};
+  save_artefact(mesh, folder.path());
+  load_artefact(read, folder.path());
+  EXPECT_EQ(read.observed, mesh.observed);
+  EXPECT_EQ(read.vertices, mesh.vertices);
+}
+
 TEST(Frames, FromZIsARotation) {
   for (const Vec3& z : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(1, -2, 0.5).normalized(), Vec3(0, -1, 0)}) {
     const Eigen::Matrix3d R = frame_from_z(z);

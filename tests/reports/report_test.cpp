@@ -13,7 +13,7 @@
 #include "pipeline/error.h"
 #include "reports/results.h"
 #include "tests/reports/html_check.h"
-#include "topology/balls.h"
+#include "topology/scores.h"
 
 namespace geocage::reports {
 namespace {

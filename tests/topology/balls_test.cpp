@@ -304,45 +304,5 @@ TEST(BallFiles, SetsReadBackExactly) {
   for (int i = 0; i < 2; ++i) EXPECT_TRUE(same_bytes(read.radii[i], written.radii[i]));
 }
 
-TEST(BallFiles, ScoresReadBackExactly) {
-  const tests::ScratchFolder folder;
-  const auto mesh = potato(1);
-  Scores written{{{3, "winding", 1.0 / 3, 0.5, std::nan(""), 0.1, -1, Vec3(1, 2, 3) / 7, Vec3::UnitY(),
-                   Vec3(4, 5, 6) / 7, Vec3::UnitX()}},
-                 mesh,
-                 balls_of(mesh, 0.5)};
-  save_artefact(written, folder.path());
-  Scores read;
-  load_artefact(read, folder.path());
-  EXPECT_EQ(read.mesh.vertices, mesh.vertices);
-  EXPECT_EQ(read.mesh.triangles, mesh.triangles);
-  EXPECT_TRUE(same_bytes(read.ball, written.ball));
-  ASSERT_EQ(read.candidates.size(), 1u);
-  const Candidate &c = read.candidates[0], &w = written.candidates[0];
-  EXPECT_EQ(std::tie(c.vertex, c.heuristic, c.score, c.radius_m, c.curvature_sum_rad, c.euler),
-            std::tie(w.vertex, w.heuristic, w.score, w.radius_m, w.curvature_sum_rad, w.euler));
-  EXPECT_TRUE(std::isnan(c.winding_angle_rad));
-  EXPECT_EQ(c.p_O, w.p_O);
-  EXPECT_EQ(c.n_O, w.n_O);
-  EXPECT_EQ(c.center_O, w.center_O);
-  EXPECT_EQ(c.axis_O, w.axis_O);
-}
-
-TEST(BallFiles, PlyNamesTheColumnsOfTheContract) {
-  const tests::ScratchFolder folder;
-  const auto mesh = potato(1);
-  save_artefact(Scores{{}, mesh, balls_of(mesh, 0.5)}, folder.path());
-  std::ifstream in(folder / "scores.ply", std::ios::binary);
-  std::string header, line;
-  while (std::getline(in, line) && line != "end_header") header += line + "\n";
-  std::size_t at = 0;
-  for (const char* name : {"x", "y", "z", "winding_angle_rad", "curvature_sum_rad", "ball_vertices",
-                           "ball_triangles", "euler"}) {
-    const auto found = header.find(std::string(" ") + name + "\n", at);
-    EXPECT_NE(found, std::string::npos) << name;
-    at = found;
-  }
-}
-
 }  // namespace
 }  // namespace geocage::topology

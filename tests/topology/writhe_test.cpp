@@ -2,34 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include <gtest/gtest.h>
 
-#include "pipeline/error.h"
-#include "tests/pipeline/scratch_folder.h"
-
+#include "tests/topology/curves.h"
 namespace geocage::topology {
 namespace {
 
 using geometry::Pose;
-
-/// Points at the angles 2 pi i / n, closed by repeating the first.
-template <class Curve>
-Polyline closed_polyline(int n, Curve at) {
-  Polyline points;
-  for (int i = 0; i <= n; ++i) points.push_back(at(2 * M_PI * (i % n) / n));
-  return points;
-}
-
-Polyline ring(int n, const Vec3& center = Vec3::Zero()) {
-  return closed_polyline(n, [&](double t) -> Vec3 { return center + Vec3(std::cos(t), std::sin(t), 0); });
-}
-
-Polyline reversed(Polyline points) {
-  std::reverse(points.begin(), points.end());
-  return points;
-}
 
 /// Gauss's double integral (thesis eq. 2.1) by the midpoint rule with n x n cells: error O(1 / n^2).
 double quadrature(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, int n) {
@@ -141,63 +121,6 @@ TEST(Writhe, Trefoil) {
   };
   EXPECT_NEAR(writhe_of_closed(trefoil(100)), -3.354225047, 1e-8);
   EXPECT_NEAR(writhe_of_closed(trefoil(400)), -3.354132419, 1e-8);
-}
-
-TEST(WindingNumber, Turns) {
-  const Vec3 center(0, 0, 3), normal = Vec3::UnitZ();  // heights don't count
-  const auto twice = closed_polyline(14, [](double t) { return Vec3(std::cos(2 * t), std::sin(2 * t), t); });
-  EXPECT_NEAR(winding_number(ring(7), center, normal), 1, 1e-14);
-  EXPECT_NEAR(winding_number(ring(7), center, normal, Turning::is_unsigned), 1, 1e-14);
-  EXPECT_NEAR(winding_number(twice, center, normal), 2, 1e-14);
-  EXPECT_NEAR(winding_number(reversed(ring(7)), center, normal), -1, 1e-14);
-  EXPECT_NEAR(winding_number(reversed(ring(7)), center, normal, Turning::is_unsigned), 1, 1e-14);
-}
-
-TEST(WindingNumber, CentreOutside) {
-  const Vec3 center(2, 0, 0);
-  EXPECT_NEAR(winding_number(ring(4096), center, Vec3::UnitZ()), 0, 1e-13);
-  // There and back over the angle between the tangents, 2 asin(1/2): 4 asin(1/2) / (2 pi) = 1/3. The
-  // polygon's silhouette misses the tangent points by at most half a side, second order in the angle.
-  EXPECT_NEAR(winding_number(ring(4096), center, Vec3::UnitZ(), Turning::is_unsigned), 1.0 / 3, 1e-5);
-}
-
-class PolylineFile : public ::testing::Test {
- protected:
-  Polyline read(const std::string& text) {
-    std::ofstream(folder_ / "line.csv") << text;
-    return read_polyline(folder_ / "line.csv");
-  }
-  /// Where the refusal points to, after the folder.
-  std::string refused_at(const std::string& text) {
-    try {
-      read(text);
-    } catch (const pipeline::UserError& error) {
-      EXPECT_EQ(error.fault(), pipeline::Fault::input);
-      return std::filesystem::path(error.where()).filename().string();
-    }
-    return "read";
-  }
-  tests::ScratchFolder folder_;
-};
-
-TEST_F(PolylineFile, ReadsNumbersBlankLinesAndCarriageReturns) {
-  const auto points = read("0,0,0\r\n\n 1e-3, -2 ,3.5\n");
-  ASSERT_EQ(points.size(), 2u);
-  EXPECT_EQ(points[1], Vec3(1e-3, -2, 3.5));
-}
-
-TEST_F(PolylineFile, NamesTheLineThatIsWrong) {
-  EXPECT_EQ(refused_at("0,0,0\n1,2\n3,4,5\n"), "line.csv:2");
-  EXPECT_EQ(refused_at("x,y,z\n0,0,0\n1,1,1\n"), "line.csv:1");
-  EXPECT_EQ(refused_at("0,0,0\n1 2 3\n"), "line.csv:2");
-  EXPECT_EQ(refused_at("0,0,0\n1,2,3,4\n"), "line.csv:2");
-  EXPECT_EQ(refused_at("0,0,0\n\n1,nan,3\n"), "line.csv:3");
-  EXPECT_EQ(refused_at("0,0,0\n"), "line.csv");
-  EXPECT_EQ(refused_at(""), "line.csv");
-}
-
-TEST_F(PolylineFile, MissingFile) {
-  EXPECT_THROW(read_polyline(folder_ / "none.csv"), pipeline::UserError);
 }
 
 }  // namespace

@@ -156,6 +156,86 @@ TEST(ScoreStage, RandomCandidatesFollowTheSeed) {
   EXPECT_NE(vertices(1), vertices(2));
 }
 
+TEST(ScoreStage, WindowKeepsWindingAnglesInside) {
+  const auto mesh = rod();
+  const auto all = scores_of(mesh, {0.02}, {.heuristics = {"winding"}, .com_offset_m = 10});
+  ASSERT_FALSE(all.candidates.empty());
+  const double best = all.candidates[0].winding_angle_rad, low = best - 0.3, high = best - 0.01;
+  const auto some = scores_of(
+      mesh, {0.02},
+      {.heuristics = {"winding"}, .com_offset_m = 10, .winding_min_rad = low, .winding_max_rad = high});
+  ASSERT_FALSE(some.candidates.empty());
+  for (const Candidate& c : some.candidates) {
+    EXPECT_GE(c.winding_angle_rad, low);
+    EXPECT_LE(c.winding_angle_rad, high);
+  }
+}
+
+TEST(ScoreStage, CombinedIsTheMeanOfBoth) {
+  const auto scores = scores_of(pear(), {0.02}, {.heuristics = {"combined"}, .com_offset_m = 10});
+  const auto& s1 = scores.ball.winding_angle_rad;
+  const auto& s2 = scores.ball.curvature_sum_rad;
+  double low = 7, high = 0;
+  for (double w : s1)
+    if (std::isfinite(w)) {
+      low = std::min(low, w);
+      high = std::max(high, w);
+    }
+  const auto [least, most] = std::minmax_element(s2.begin(), s2.end());
+  ASSERT_FALSE(scores.candidates.empty());
+  for (const Candidate& c : scores.candidates) {
+    const double ring = std::isfinite(s1[c.vertex]) ? (s1[c.vertex] - low) / (high - low) : 0;
+    EXPECT_NEAR(c.score, (ring + (s2[c.vertex] - *least) / (*most - *least)) / 2, 1e-14);
+  }
+}
+
+TEST(ScoreStage, TheOtherMetricIsReportedBeside) {
+  pipeline::Run run;
+  const auto mesh = pear();
+  const auto hop = topology::ball_fields(mesh, {0.02}, Metric::hop).radii.front();
+  const auto scores =
+      score({.beside = "hop"}, run, mesh, topology::ball_fields(mesh, {0.02}, Metric::dijkstra));
+  ASSERT_FALSE(scores.candidates.empty());
+  for (const Candidate& c : scores.candidates)
+    EXPECT_EQ(c.beside_curvature_sum_rad, hop.curvature_sum_rad[c.vertex]);
+  EXPECT_GT(run.metrics().at("beside_curvature_rank_correlation"), 0.5);
+  for (const Candidate& c : scores_of(mesh, {0.02}, {}).candidates)
+    EXPECT_TRUE(std::isnan(c.beside_curvature_sum_rad));
+}
+
+// A ring round a torus's tube of radius r: length 2 pi r, its middle on the circle of radius R, its axis
+// along that circle. Loops on a mesh of 20 sides are shorter by (pi / 20)^2 / 6, and by as much again where
+// sides of the 60 columns come nearer to the core.
+TEST(ScoreStage, LoopsAreWhereAHandleCanBeHeld) {
+  const double R = 0.05, r = 0.015;
+  pipeline::Run run;
+  const auto mesh = datasets::torus(R, r, 60, 20);
+  const auto scores =
+      score({.heuristics = {"loops"}}, run, mesh, topology::ball_fields(mesh, {0.02}, Metric::hop));
+  EXPECT_EQ(run.metrics().at("loops_around"), 1);
+  ASSERT_GT(scores.candidates.size(), 1u);
+  for (const Candidate& c : scores.candidates) {
+    EXPECT_EQ(c.score, 1);
+    EXPECT_NEAR(c.ring_length_m, 2 * M_PI * r, 0.015 * 2 * M_PI * r);
+    EXPECT_NEAR(c.center_O.norm(), R, 0.1 * r);
+    EXPECT_NEAR(std::abs(c.axis_O.dot(Vec3::UnitZ().cross(c.center_O).normalized())), 1, 0.01);
+    EXPECT_NEAR((c.p_O - c.center_O).norm(), r, 0.35 * r);  // the vertex nearest to the loop
+  }
+  EXPECT_TRUE(scores_of(pear(), {0.02}, {.heuristics = {"loops"}}).candidates.empty());
+}
+
+TEST(ScoreStage, ClosedRingsTellTheirGirth) {
+  const auto scores = scores_of(rod(), {0.05}, {.heuristics = {"winding"}, .most_share = 1});
+  int rings = 0;
+  for (const Candidate& c : scores.candidates) {
+    EXPECT_EQ(std::isnan(c.ring_length_m), c.winding_angle_rad < 2 * M_PI);
+    if (c.winding_angle_rad < 2 * M_PI || c.axis_O.z() * c.axis_O.z() < 0.999) continue;
+    EXPECT_NEAR(c.ring_length_m, 2 * M_PI * 0.015, 0.005 * 2 * M_PI * 0.015);  // 24 sides: (pi / 24)^2 / 6
+    ++rings;
+  }
+  EXPECT_GT(rings, 0);
+}
+
 TEST(ScoreStage, AskedRadiusMustBeThere) {
   EXPECT_EQ(scores_of(pear(), {0.01, 0.02}, {.radius_m = 0.02}).ball.radius_m, 0.02);
   EXPECT_EQ(scores_of(pear(), {0.01, 0.02}, {}).ball.radius_m, 0.01);

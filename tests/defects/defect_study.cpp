@@ -1,0 +1,151 @@
+// The full study of defects: every mutator on every mesh of a folder, with several seeds.
+//   build/release/defect_study --objects DIR [--seeds 5] [--object NAME] [--csv FILE]
+// Exit code 0 when every mesh was repaired and passes CGAL's own check, or was rejected with a reason.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "geometry/mesh_files.h"
+#include "geometry/repair.h"
+#include "pipeline/error.h"
+#include "pipeline/worker.h"
+#include "tests/defects/mutators.h"
+#include "tests/defects/solid_oracle.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using geocage::geometry::Repair;
+using geocage::geometry::RepairOutcome;
+using geocage::geometry::TriangleMesh;
+
+/// What happened to one broken mesh.
+struct Row {
+  std::string mutator, object, outcome, reason;
+  std::uint64_t seed = 0;
+  double seconds = 0, moved = 0;  ///< larger one-sided distance, in diagonals
+  bool good = false;
+};
+
+/// As import does it: unit guard, repair.
+Row run_one(const geocage::tests::Mutator& mutator, const std::string& object, TriangleMesh mesh,
+            std::uint64_t seed) {
+  Row row{mutator.name, object, "", "", seed};
+  const double diagonal = check_mesh(mesh).diagonal_m();
+  mutator.apply(mesh, seed);
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    const Repair repair = repair_mesh(mesh);
+    row.outcome = to_string(repair.outcome);
+    row.reason = repair.reason;
+    if (repair.outcome == RepairOutcome::rejected) {
+      row.good = !repair.reason.empty();
+    } else {
+      geocage::geometry::guard_units(object, check_mesh(repair.mesh).diagonal_m());
+      const std::string objection = geocage::tests::objection_of_cgal(repair.mesh);
+      row.good = objection.empty();
+      if (!row.good) row.reason = "NOT A SOLID: " + objection;
+      row.moved = std::max(repair.lost_m, repair.added_m) / diagonal;
+    }
+  } catch (const geocage::pipeline::UserError& error) {
+    row.outcome = "rejected";
+    row.reason = error.sentence();
+    row.good = !row.reason.empty();
+  }
+  row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return row;
+}
+
+/// A mesh scaled to a diagonal of 0.2 m; empty when it can't be read.
+TriangleMesh read_scaled(const fs::path& file) {
+  try {
+    auto mesh = geocage::pipeline::contained<TriangleMesh>(
+        {30, 4}, file.string(), [&] { return geocage::geometry::read_mesh(file); });
+    const double scale = 0.2 / check_mesh(mesh).diagonal_m();
+    for (auto& p : mesh.vertices) p *= scale;
+    return mesh;
+  } catch (const geocage::pipeline::UserError&) {
+    return {};
+  }
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+void print_table(const std::vector<Row>& rows) {
+  fmt::print(
+      "| defect | runs | untouched | repaired | wrapped | rejected | bad | seconds median, most | "
+      "moved median, most [% of diagonal] |\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const auto& mutator : geocage::tests::mutators()) {
+    std::map<std::string, int> count;
+    std::vector<double> seconds, moved;
+    int bad = 0;
+    for (const Row& row : rows) {
+      if (row.mutator != mutator.name) continue;
+      ++count[row.outcome];
+      bad += !row.good;
+      seconds.push_back(row.seconds);
+      if (row.outcome == "repaired" || row.outcome == "wrapped") moved.push_back(100 * row.moved);
+    }
+    if (seconds.empty()) continue;
+    const auto most = [](const std::vector<double>& x) {
+      return x.empty() ? 0 : *std::max_element(x.begin(), x.end());
+    };
+    fmt::print("| {} | {} | {} | {} | {} | {} | {} | {:.2f}, {:.2f} | {:.2f}, {:.2f} |\n", mutator.name,
+               seconds.size(), count["untouched"], count["repaired"], count["wrapped"], count["rejected"],
+               bad, median(seconds), most(seconds), median(moved), most(moved));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Every defect on every mesh of a folder");
+  fs::path folder, csv;
+  std::string only, mutator_name;
+  std::uint64_t seeds = 5;
+  app.add_option("--objects", folder, "folder of closed meshes")->required()->check(CLI::ExistingDirectory);
+  app.add_option("--object", only, "only this one");
+  app.add_option("--mutator", mutator_name, "only this one");
+  app.add_option("--seeds", seeds);
+  app.add_option("--csv", csv, "every run as a line");
+  CLI11_PARSE(app, argc, argv);
+
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<Row> rows;
+  for (const auto& file : files) {
+    if (!only.empty() && file.stem() != only) continue;
+    const TriangleMesh mesh = read_scaled(file);
+    if (mesh.triangles.empty()) continue;
+    for (const auto& mutator : geocage::tests::mutators())
+      for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+        if (!mutator_name.empty() && mutator_name != mutator.name) continue;
+        rows.push_back(run_one(mutator, file.stem(), mesh, seed));
+        const Row& row = rows.back();
+        if (!row.good)
+          fmt::print(stderr, "{} / {} / seed {}: {}\n", row.object, row.mutator, row.seed, row.reason);
+      }
+  }
+  if (!csv.empty()) {
+    std::ofstream out(csv);
+    out << "object,mutator,seed,outcome,good,seconds,moved_diagonals,reason\n";
+    for (const Row& row : rows)
+      out << fmt::format("{},{},{},{},{},{:.4f},{:.6f},\"{}\"\n", row.object, row.mutator, row.seed,
+                         row.outcome, row.good, row.seconds, row.moved, row.reason);
+  }
+  print_table(rows);
+  const auto bad = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return !row.good; });
+  fmt::print("\n{} runs, {} bad\n", rows.size(), bad);
+  return rows.empty() || bad > 0;
+}
