@@ -16,6 +16,6 @@ struct HandAtObject {
 
 /// The open hand and what it closes on, side by side on white, seen along the axis its fingers bend about:
 /// square panels of `side` pixels.
-Image hand_sheet(const hands::Hand& hand, const std::vector<HandAtObject>& closed, int side = 216);
+Image hand_sheet(const hands::Hand& hand, const std::vector<HandAtObject>& closed, int side = 280);
 
 }  // namespace geocage::reports
