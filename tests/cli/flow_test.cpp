@@ -86,10 +86,10 @@ TEST_F(FlowRun, JsonIsOneDocumentAndCountsAddUp) {
 
 TEST_F(FlowRun, SlotsAreNamedAsTheContractSays) {
   const auto states = states_of(json::parse(first_.out));
-  for (const char* slot :
-       {"bottle/import", "bottle/scan", "bottle/cloud", "bottle/occupancy", "bottle/clearance", "bottle/reconstruct",
-        "bottle/remesh", "bottle/field", "bottle/balls/schunk_sdh", "bottle/score/schunk_sdh",
-        "bottle/place/schunk_sdh", "bottle/approach/schunk_sdh", "bottle/evaluate/schunk_sdh"})
+  for (const char* slot : {"bottle/import", "bottle/scan", "bottle/cloud", "bottle/occupancy",
+                           "bottle/clearance", "bottle/reconstruct", "bottle/remesh", "bottle/field",
+                           "bottle/balls/schunk_sdh", "bottle/score/schunk_sdh", "bottle/place/schunk_sdh",
+                           "bottle/approach/schunk_sdh", "bottle/evaluate/schunk_sdh"})
     EXPECT_TRUE(states.contains(slot)) << slot;
 }
 
