@@ -100,7 +100,7 @@ std::vector<Scene::Object> objects_on_table(const ImportParams& params, pipeline
   if (table.on.empty() || (params.scene == "auto" && share < params.table_share)) return {};
   const auto standing = standing_on(cloud, table, params.above_min_m, params.above_max_m);
   if (params.cluster_by == "label" && cloud.label.empty())
-    throw UserError(Fault::input, file, "its points have no labels", "say import.cluster_by = 'shape'");
+    throw UserError(Fault::input, file, "its points have no labels", "say import.cluster_by = 'gap'");
   auto objects = params.cluster_by == "label" ? labelled_objects(params, cloud, standing)
                                               : separate_objects(params, cloud, standing);
   if (!objects.empty()) cloud.support = table.plane;

@@ -14,7 +14,7 @@ struct ImportParams {
   std::string repair = "repair";
   std::string scene = "auto";
   std::string cluster = "all";
-  std::string cluster_by = "shape";
+  std::string cluster_by = "gap";
   double plane_tolerance_m = 0.008;
   double table_share = 0.3;
   double above_min_m = 0.01;

@@ -29,7 +29,7 @@ class BadFiles : public testing::Test {
     return folder_ / name;
   }
   geometry::PointCloud cloud(const fs::path& file) { return import_cloud({.scene = "object"}, run_, {file}); }
-  geometry::TriangleMesh mesh(const fs::path& file) { return import_mesh({}, run_, {file}); }
+  geometry::TriangleMesh mesh(const fs::path& file) { return import_mesh({.repair = "none"}, run_, {file}); }
 
   /// The sentence that refuses a file; empty when it was read.
   template <class Read>
