@@ -2,17 +2,20 @@
 JOBS := $(shell nproc)
 PROGRAM := build/release/geocage
 
-.PHONY: run test build bench format lint setup clean
+.PHONY: run test build configured bench format lint setup clean
 
 run: build
 	$(PROGRAM) run
 
-test: build
+test: configured
+	cmake --build --preset release -j $(JOBS)
 	ctest --preset release -j $(JOBS)
 
-build: setup
+build: configured
+	cmake --build --preset release -j $(JOBS) --target geocage
+
+configured: setup
 	@cmake --preset release > build-configure.log 2>&1 || { cat build-configure.log; exit 1; }; rm -f build-configure.log
-	cmake --build --preset release -j $(JOBS)
 
 bench: setup
 	cmake --preset bench
@@ -22,7 +25,7 @@ bench: setup
 format:
 	git ls-files '*.cpp' '*.h' | xargs clang-format -i
 
-lint: build
+lint: configured
 	git ls-files '*.cpp' '*.h' | xargs clang-format --dry-run --Werror
 	sh setup/lint.sh
 

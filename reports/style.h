@@ -38,7 +38,7 @@ svg text { fill: var(--ink); font: 11px system-ui, sans-serif; }
 .chart { width: 100%; max-width: 640px; } .now { fill: var(--accent); } .earlier { fill: var(--earlier); }
 .wide { overflow-x: auto; margin: .5rem 0; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: .35rem .8rem .35rem 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th, td { text-align: left; padding: .35rem .55rem .35rem 0; border-bottom: 1px solid var(--line); white-space: nowrap; }
 th { color: var(--soft); font-weight: 600; } tr:last-child td { border-bottom: 0; }
 td.text, .text td:last-child { white-space: normal; min-width: 14rem; }
 .badge { display: inline-block; padding: .05rem .6rem; border-radius: 99px; font-size: .82rem; font-weight: 600;
