@@ -222,8 +222,7 @@ class Planner {
   /// How many objects a scene holds is known only once it was looked at, so its slot is made while planning.
   void add_scene(const FlowObject& object, const Variant& variant, const StageParameters& parameters,
                  const ParametersOf& parameters_of) {
-    auto params = parameters.import;
-    const auto scene = slot("scene", stages::scene_stage, params, file_of(object));
+    const auto scene = slot("scene", stages::scene_stage, parameters.import, file_of(object));
     std::shared_ptr<const geometry::Scene> seen;
     try {
       const MutedStdout muted;
