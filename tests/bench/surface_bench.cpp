@@ -1,4 +1,4 @@
-// Surfaces through 100k oriented points of a bumpy ball with noise of 0.5 % of its radius: CPU seconds of
+// Surfaces through 100k oriented points of a bumpy ball with noise of 0.5 % of its radius: wall seconds of
 // each method against pcl::Poisson in the same run, with the mean distance to the true ball as a counter.
 #include <cmath>
 #include <random>
