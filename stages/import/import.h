@@ -54,7 +54,7 @@ geometry::PointCloud import_part(const PartParams& params, pipeline::Run& run, c
 geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run,
                                   const geometry::SourceFile& file);
 
-inline constexpr pipeline::Stage import_mesh_stage{"import", 2, &import_mesh};
+inline constexpr pipeline::Stage import_mesh_stage{"import", 2, &import_mesh, 3.0};
 inline constexpr pipeline::Stage import_cloud_stage{"import", 2, &import_cloud};
 inline constexpr pipeline::Stage import_part_stage{"import", 2, &import_part};
 inline constexpr pipeline::Stage scene_stage{"scene", 1, &find_scene};

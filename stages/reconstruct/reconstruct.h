@@ -28,6 +28,6 @@ struct ReconstructParams {
 geometry::TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run,
                                    const geometry::PointCloud& cloud);
 
-inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 2, &reconstruct};
+inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 2, &reconstruct, 3.0};
 
 }  // namespace geocage::stages
