@@ -19,8 +19,8 @@ struct RunOptions {
   FlowRequest flow;
   pipeline::Wish wish;
   bool dry_run = false, retry_failed = false;
-  double stage_seconds = 3600;    ///< a slot that takes longer fails
-  double stage_memory_gib = 4;    ///< a slot that takes more fails
+  double stage_seconds = 3600;  ///< a slot that takes longer fails
+  double stage_memory_gib = 4;  ///< a slot that takes more fails
 };
 int run(const Shared& shared, const RunOptions& options);
 int status(const Shared& shared, const FlowRequest& flow);

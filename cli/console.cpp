@@ -40,8 +40,8 @@ void Console::bar() {
   const std::size_t width = 24, full = width * ended_ / total_;
   std::string names;
   for (const auto& [slot, how_far] : running_) names += " " + slot + how_far;
-  fmt::print(stderr, "{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_, total_,
-             pace(), names);
+  fmt::print(stderr, "{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_,
+             total_, pace(), names);
   std::fflush(stderr);
 }
 
@@ -70,7 +70,8 @@ void Console::ended(const pipeline::SlotResult& result, std::size_t ended, std::
   const auto state = pipeline::word(result.state);
   if (result.state == SlotState::made) {
     ++made_;
-    line(fmt::format("{} {} {} {:.2f} s{}", count, result.slot, state, result.seconds, terminal_ ? "" : pace()));
+    line(fmt::format("{} {} {} {:.2f} s{}", count, result.slot, state, result.seconds,
+                     terminal_ ? "" : pace()));
   }
   if (result.state == SlotState::failed || result.state == SlotState::skipped)
     line(fmt::format("{} {} {}: {}", count, result.slot, state, result.sentence));

@@ -61,7 +61,9 @@ void print(const RunSummary& summary) {
              c.skipped);
   const auto known = std::ranges::count_if(summary.slots, [](const SlotResult& slot) { return slot.known; });
   if (known > 0)
-    fmt::print("{} slots failed before and were not tried again (--retry failed does); see geocage failures\n", known);
+    fmt::print(
+        "{} slots failed before and were not tried again (--retry failed does); see geocage failures\n",
+        known);
   if (!summary.report.empty()) fmt::print("report: {}\n", summary.report.string());
   if (!summary.results.empty()) fmt::print("results: {}\n", summary.results.string());
 }
@@ -128,8 +130,8 @@ int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
   if (shared.json)
     fmt::print("{}\n", json{{"schema", "geocage-forecast 1"}, {"slots", list}}.dump(2));
   else
-    fmt::print("{} slots: {} to make, {} after them, {} there, {} failed before\n", lines.size(), counts["make"],
-               counts["after"], counts["hit"], counts["failed"]);
+    fmt::print("{} slots: {} to make, {} after them, {} there, {} failed before\n", lines.size(),
+               counts["make"], counts["after"], counts["hit"], counts["failed"]);
   return 0;
 }
 
@@ -176,7 +178,8 @@ int query(const Shared& shared, const QueryOptions& options) {
         else
           cells.push_back(nullptr);
     }
-    fmt::print("{}\n", json{{"schema", "geocage-query 1"}, {"columns", table.columns}, {"rows", rows}}.dump(2));
+    fmt::print("{}\n",
+               json{{"schema", "geocage-query 1"}, {"columns", table.columns}, {"rows", rows}}.dump(2));
     return 0;
   }
   std::vector<std::size_t> widths;
@@ -200,12 +203,16 @@ int failures(const Shared& shared) {
   json list = json::array();
   for (const auto& failure : pipeline::Ledger(store).all()) {
     if (shared.json)
-      list.push_back({{"slot", failure.slot}, {"stage", failure.stage}, {"code", failure.code},
-                      {"sentence", failure.sentence}, {"recipe", failure.key}, {"inputs", failure.inputs},
+      list.push_back({{"slot", failure.slot},
+                      {"stage", failure.stage},
+                      {"code", failure.code},
+                      {"sentence", failure.sentence},
+                      {"recipe", failure.key},
+                      {"inputs", failure.inputs},
                       {"command", failure.command}});
     else
-      fmt::print("{} [{}] {}\n  inputs {}\n  {}\n", failure.slot, failure.code, failure.sentence, failure.inputs,
-                 failure.command);
+      fmt::print("{} [{}] {}\n  inputs {}\n  {}\n", failure.slot, failure.code, failure.sentence,
+                 failure.inputs, failure.command);
   }
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-failures 1"}, {"failures", list}}.dump(2));
   return 0;

@@ -93,13 +93,19 @@ class Program {
     sub->add_option("--force", run_.wish.force, "make these slots anew")->expected(1)->take_all();
     sub->add_option("--jobs", run_.wish.jobs, "slots made at the same time")->check(CLI::Range(1, 1024));
     sub->add_flag("--dry-run", run_.dry_run, "say what would be made and why; make nothing");
-    sub->add_option("--retry", [this](const std::vector<std::string>& words) {
-         run_.retry_failed = words.front() == "failed";
-         return run_.retry_failed;
-       }, "`failed`: try again what failed before")->type_name("failed");
-    sub->add_option("--memory-gib", run_.wish.memory_gib, "for all slots made at once (default: 4/5 of the machine's)")
+    sub->add_option(
+           "--retry",
+           [this](const std::vector<std::string>& words) {
+             run_.retry_failed = words.front() == "failed";
+             return run_.retry_failed;
+           },
+           "`failed`: try again what failed before")
+        ->type_name("failed");
+    sub->add_option("--memory-gib", run_.wish.memory_gib,
+                    "for all slots made at once (default: 4/5 of the machine's)")
         ->check(CLI::PositiveNumber);
-    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")->check(CLI::PositiveNumber);
+    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
+        ->check(CLI::PositiveNumber);
     sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
         ->check(CLI::PositiveNumber);
     flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",

@@ -72,7 +72,8 @@ void describe_evaluation(const reports::Evaluations& all, const reports::Evaluat
 /// The rows of one pair.
 class PairRows {
  public:
-  PairRows(const FlowPair& pair, const PairResult& result, const std::map<std::string, const SlotResult*>& slots)
+  PairRows(const FlowPair& pair, const PairResult& result,
+           const std::map<std::string, const SlotResult*>& slots)
       : pair_(pair), slots_(slots) {
     common_["object"] = pair.base;
     common_["hand"] = pair.hand;
@@ -89,7 +90,8 @@ class PairRows {
     if (place.empty()) return {common_};
     const auto set = hands::read_grasps(place / "grasps.json");
     const fs::path approach = folder_of(pair_.approach_slot), evaluate = folder_of(pair_.evaluate_slot);
-    const auto ways = approach.empty() ? std::vector<reports::Approach>{} : reports::read_approaches(approach);
+    const auto ways =
+        approach.empty() ? std::vector<reports::Approach>{} : reports::read_approaches(approach);
     const auto tests = evaluate.empty() ? reports::Evaluations{} : reports::read_evaluations(evaluate);
     std::vector<Row> rows;
     for (std::size_t i = 0; i < set.grasps.size(); ++i) {
@@ -123,7 +125,9 @@ class Reader {
   explicit Reader(const Table& table) {
     for (std::size_t i = 0; i < table.columns.size(); ++i) place_[table.columns[i]] = i;
   }
-  const Cell& cell(const std::vector<Cell>& row, const std::string& name) const { return row[place_.at(name)]; }
+  const Cell& cell(const std::vector<Cell>& row, const std::string& name) const {
+    return row[place_.at(name)];
+  }
   double held(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held")); }
   /// The pair's best grasp, or the row that says that it has none.
   bool best(const std::vector<Cell>& row) const {
@@ -172,9 +176,9 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
     for (const auto& [name, value] : row)
       if (name.starts_with("score_")) scores.insert(name);
   table.columns.insert(table.columns.end(), scores.begin(), scores.end());
-  for (const char* name : {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol",
-                           "object_geometry", "outcome", "reason", "held", "drift_m", "drift_rad", "directions",
-                           "directions_held"})
+  for (const char* name :
+       {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol", "object_geometry",
+        "outcome", "reason", "held", "drift_m", "drift_rad", "directions", "directions_held"})
     table.columns.emplace_back(name);
   for (Row& row : rows) {
     auto& cells = table.rows.emplace_back();
@@ -195,8 +199,8 @@ Table rate_table(const Flow& flow, const Table& grasps) {
   }
   Table table{"rates", {"measure"}, {}};
   table.columns.insert(table.columns.end(), keys.begin(), keys.end());
-  for (const char* name : {"objects", "trials", "held", "rate", "wilson_low", "wilson_high", "bootstrap_low",
-                           "bootstrap_high"})
+  for (const char* name :
+       {"objects", "trials", "held", "rate", "wilson_low", "wilson_high", "bootstrap_low", "bootstrap_high"})
     table.columns.emplace_back(name);
   for (const auto& [key, objects] : cases) {
     int trials = 0, held = 0;
@@ -210,8 +214,8 @@ Table rate_table(const Flow& flow, const Table& grasps) {
     auto& row = table.rows.emplace_back();
     row.emplace_back(key.first);
     row.insert(row.end(), key.second.begin(), key.second.end());
-    for (double x : {double(objects.size()), double(trials), double(held), wilson.share, wilson.low, wilson.high,
-                     bootstrap.low, bootstrap.high})
+    for (double x : {double(objects.size()), double(trials), double(held), wilson.share, wilson.low,
+                     wilson.high, bootstrap.low, bootstrap.high})
       row.emplace_back(x);
   }
   return table;
@@ -249,8 +253,8 @@ Table paired_table(const Flow& flow, const Table& grasps) {
             lost += x < 0;
           }
         const auto mean = reports::bootstrap_over_groups(groups_of(objects));
-        table.rows.push_back({setting, levels[0], levels[k], hand, double(objects.size()), pairs, gained, lost,
-                              mean.mean, mean.low, mean.high});
+        table.rows.push_back({setting, levels[0], levels[k], hand, double(objects.size()), pairs, gained,
+                              lost, mean.mean, mean.low, mean.high});
       }
     }
   }

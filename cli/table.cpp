@@ -143,7 +143,8 @@ Table select_from(const fs::path& file, const std::string& statement) {
     refuse(sqlite3_errmsg(database.get()));
   const Statement select(raw, &sqlite3_finalize);
   if (!raw) refuse("the statement is empty");
-  if (!sqlite3_stmt_readonly(raw) || sqlite3_column_count(raw) == 0) refuse("only statements that read are allowed");
+  if (!sqlite3_stmt_readonly(raw) || sqlite3_column_count(raw) == 0)
+    refuse("only statements that read are allowed");
   if (std::string(rest).find_first_not_of(" \t\r\n;") != std::string::npos) refuse("one statement at a time");
   Table table{"answer", {}, {}};
   for (int i = 0; i < sqlite3_column_count(raw); ++i) table.columns.emplace_back(sqlite3_column_name(raw, i));

@@ -22,8 +22,8 @@ std::string csv_text(const Table& table);
 
 /// A database with these tables, moved to its place when it is whole. Errors: std::system_error.
 void write_database(const std::vector<Table>& tables, const std::filesystem::path& file);
-/// Answers of one statement that changes nothing. UserError (configuration) for a database that is not there and
-/// for a statement that SQLite refuses or that would write.
+/// Answers of one statement that changes nothing. UserError (configuration) for a database that is not there
+/// and for a statement that SQLite refuses or that would write.
 Table select_from(const std::filesystem::path& file, const std::string& statement);
 
 }  // namespace geocage::cli

@@ -27,8 +27,9 @@ std::string one_line(std::string text) {
 }
 
 /// Members in the order of the file's lines.
-constexpr std::string Failure::*members[] = {&Failure::slot, &Failure::stage,   &Failure::code,   &Failure::sentence,
-                                             &Failure::key,  &Failure::program, &Failure::inputs, &Failure::command};
+constexpr std::string Failure::*members[] = {&Failure::slot,     &Failure::stage,  &Failure::code,
+                                             &Failure::sentence, &Failure::key,    &Failure::program,
+                                             &Failure::inputs,   &Failure::command};
 
 std::optional<Failure> read(const fs::path& file) {
   std::ifstream in(file);

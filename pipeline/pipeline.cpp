@@ -121,10 +121,14 @@ std::string difference(const std::string& old_recipe, const std::string& new_rec
 
 std::string_view word(Fault fault) {
   switch (fault) {
-    case Fault::configuration: return "configuration";
-    case Fault::input: return "input";
-    case Fault::geometry: return "geometry";
-    case Fault::store: return "store";
+    case Fault::configuration:
+      return "configuration";
+    case Fault::input:
+      return "input";
+    case Fault::geometry:
+      return "geometry";
+    case Fault::store:
+      return "store";
   }
   return "";
 }
@@ -149,7 +153,9 @@ void describe_failure(SlotResult& result) {
 /// The first kind of difference between two recipes, in words.
 std::string kind_of_change(const std::string& before, const std::string& after) {
   const std::string changes = difference(before, after);
-  const auto has = [&](const char* line) { return changes.find(std::string("+ ") + line) != std::string::npos; };
+  const auto has = [&](const char* line) {
+    return changes.find(std::string("+ ") + line) != std::string::npos;
+  };
   std::string kinds;
   const auto add = [&](const char* line, const char* kind) {
     if (has(line)) kinds += (kinds.empty() ? "" : ", ") + std::string(kind);
@@ -367,7 +373,8 @@ Forecast Pipeline::forecast_of(Node& node, bool forced) {
   }
   if (forced) return {node.slot, "make", "--force"};
   if (node.content) return {node.slot, "hit", ""};
-  if (failed_before(node, sha256_of(*recipe))) return {node.slot, "failed", "failed before: " + node.result.sentence};
+  if (failed_before(node, sha256_of(*recipe)))
+    return {node.slot, "failed", "failed before: " + node.result.sentence};
   if (const auto failure = Ledger(store_).find(node.slot); failure && failure->key == sha256_of(*recipe))
     return {node.slot, "make", "failed before"};
   const auto before = store_.slot(node.slot);

@@ -50,7 +50,7 @@ struct Wish {
   std::vector<std::string> until;  ///< these slots and everything upstream of them
   std::vector<std::string> force;  ///< made anew even when they are there
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  double memory_gib = 0;      ///< for all slots that are made at once; 0: four fifths of the machine's
+  double memory_gib = 0;  ///< for all slots that are made at once; 0: four fifths of the machine's
 };
 
 /// Every slot is made in a worker process of its own, so that a crash, a hang or running out of memory is a
@@ -137,7 +137,8 @@ class Pipeline {
   std::vector<Node*> chosen(const Wish& wish, std::set<std::string>& asked);
   void look_up(Node& node);
   void settle(Node& node, bool forced, Watcher& watcher);
-  /// Whether the ledger knows that it fails, with this recipe and this program; the node's result says so then.
+  /// Whether the ledger knows that it fails, with this recipe and this program; the node's result says so
+  /// then.
   bool failed_before(Node& node, const std::string& key) const;
   void keep_failure(const Node& node, const std::string& key) const;
   Forecast forecast_of(Node& node, bool forced);

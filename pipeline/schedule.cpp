@@ -20,7 +20,8 @@ std::string lost_input(const Node& node) {
 }
 
 double machine_memory_gib() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1ull << 30);
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) /
+         (1ull << 30);
 }
 
 }  // namespace

@@ -35,8 +35,8 @@ class Schedule : private Watcher {
   const std::function<void(Node&, Watcher&)> settle_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<const Node*, std::size_t> index_;           ///< into todo_
-  std::vector<std::size_t> waits_;                     ///< inputs of each node that have not ended
+  std::map<const Node*, std::size_t> index_;  ///< into todo_
+  std::vector<std::size_t> waits_;            ///< inputs of each node that have not ended
   std::vector<std::vector<std::size_t>> needed_by_;
   std::set<std::size_t> ready_;
   std::size_t taken_ = 0, ended_ = 0;

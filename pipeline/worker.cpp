@@ -59,7 +59,8 @@ std::uint64_t virtual_memory_bytes() {
 void limit_this_process(const WorkerLimits& limits) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  const auto seconds = static_cast<rlim_t>(std::ceil(limits.seconds) + 1) * static_cast<rlim_t>(limits.threads);
+  const auto seconds =
+      static_cast<rlim_t>(std::ceil(limits.seconds) + 1) * static_cast<rlim_t>(limits.threads);
   const rlimit cpu{seconds, seconds};
   setrlimit(RLIMIT_CPU, &cpu);
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory alone is terabytes of address space
@@ -172,7 +173,8 @@ void run_contained(const WorkerLimits& limits, const std::string& where,
     case exit_user_error:
       throw_message(scratch.message());
     case exit_memory:
-      fail(Loss::memory, "asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
+      fail(Loss::memory,
+           "asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
       return;
     case exit_system:
       throw_system_error(scratch.message());

@@ -35,8 +35,9 @@ class WorkerLost : public UserError {
 
 /// Runs `work(folder)` in a child process with an empty scratch folder, then `collect(folder)` here. A crash,
 /// a hang or running out of memory there is a WorkerLost here, naming `where`; a UserError or a
-/// std::system_error thrown there is thrown here. The child is a fork: `work` may call readers that this process never calls itself
-/// (assimp, PCL files); it may use OpenMP or TBB only when this process never did. The child dies with its parent.
+/// std::system_error thrown there is thrown here. The child is a fork: `work` may call readers that this
+/// process never calls itself (assimp, PCL files); it may use OpenMP or TBB only when this process never did.
+/// The child dies with its parent.
 void run_contained(const WorkerLimits& limits, const std::string& where,
                    const std::function<void(const std::filesystem::path&)>& work,
                    const std::function<void(const std::filesystem::path&)>& collect);

@@ -52,7 +52,9 @@ BootstrapMean bootstrap_over_groups(const std::vector<std::vector<double>>& grou
     means.push_back(drawn.mean());
   }
   std::ranges::sort(means);
-  const auto at = [&](double share) { return means[static_cast<std::size_t>(share * (means.size() - 1) + 0.5)]; };
+  const auto at = [&](double share) {
+    return means[static_cast<std::size_t>(share * (means.size() - 1) + 0.5)];
+  };
   return {all.mean(), at(0.025), at(0.975)};
 }
 
