@@ -147,15 +147,5 @@ TEST_F(Sweep, OneAndTwoJobsGiveTheSameBytesAndTable) {
   EXPECT_EQ(artefacts("second"), artefacts("store"));
 }
 
-TEST_F(Sweep, AStageThatTakesTooMuchMemoryIsAFailureOfItsItem) {
-  // One MiB is less than the picture of a scan takes.
-  const Ended ended = run("slow", "1", {"--stage-memory-gib", "0.001"});
-  EXPECT_EQ(ended.code, 1) << ended.err;
-  const std::string store = (*folder_ / "slow").string();
-  const json failures = json::parse(geocage({"failures", "--store", store, "--json"}).out)["failures"];
-  EXPECT_TRUE(std::ranges::any_of(failures, [](const json& f) { return f["code"] == "out_of_memory"; }))
-      << failures.dump(2);
-}
-
 }  // namespace
 }  // namespace geocage::tests
