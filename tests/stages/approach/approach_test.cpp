@@ -57,7 +57,7 @@ TEST_F(ApproachTest, StartsOpenAndFarAndEndsAtTheGrasp) {
     EXPECT_EQ(t.q_rad.back()[i], grasp.joints_rad.at(t.joints[i]));
     EXPECT_EQ(t.q_rad.front()[i], grasp.pregrasp_joints_rad.at(t.joints[i]));
   }
-  EXPECT_FALSE(t.certified);
+  EXPECT_TRUE(t.certified);
 }
 
 // The ball is known in closed form: distance of a capsule to it is that of its segment to the origin.
@@ -72,8 +72,10 @@ TEST_F(ApproachTest, KeepsItsClearanceUntilItCloses) {
       least = std::min(least, (c.a + s * along).norm() - 0.035 - c.radius_m);
     }
   EXPECT_GT(least, 0);
-  // The report is the least of denser samples, in a field that errs by h^2 / (2 r) = 0.1 mm here.
-  EXPECT_NEAR(t.min_clearance_m, least, 5e-4);
+  // What is proven is at most what is, plus the sag of the mesh (0.04 mm), and at least 1 mm (resolution) and
+  // the field's bound (0.3 mm with cells of 2 mm) below.
+  EXPECT_LE(t.min_clearance_m, least + 5e-5);
+  EXPECT_GE(t.min_clearance_m, least - 0.0015);
 }
 
 TEST_F(ApproachTest, KeepsSpeedAccelerationAndLimits) {
