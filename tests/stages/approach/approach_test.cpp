@@ -115,6 +115,31 @@ TEST_F(ApproachTest, ABlockedGraspHasNoPathAndSaysHowDeep) {
   EXPECT_TRUE(t.X_OH.empty());
 }
 
+// A plate above the hand: every scripted way goes through it, the way round it does not.
+TEST_F(ApproachTest, GoesRoundAPlateWhereScriptsCollide) {
+  auto mesh = datasets::icosphere(0.035, 4);
+  auto plate = datasets::box(Vec3(0.5, 0.5, 0.02), 8);
+  const int offset = static_cast<int>(mesh.vertices.size());
+  for (const Vec3& p : plate.vertices) mesh.vertices.push_back(p + Vec3(0, 0, 0.27));
+  for (const auto& t : plate.triangles)
+    mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+  const auto field = geometry::build_distance_field(mesh, {80, 0.04, 2});
+  const auto grasps = grasp_from(Vec3::UnitZ());
+  std::vector<std::vector<double>> first;
+  for (int round = 0; round < 2; ++round) {
+    pipeline::Run run;
+    const auto t = approach({}, run, grasps, field, {}, hand_).trajectories.at(0);
+    ASSERT_EQ(t.outcome, "planned");
+    EXPECT_TRUE(t.certified);
+    double widest = 0;
+    for (const auto& X_OH : t.X_OH)
+      widest = std::max(widest, X_OH.translation().head<2>().lpNorm<Eigen::Infinity>());
+    EXPECT_GT(widest, 0.2);
+    if (round == 0) first = t.q_rad;
+    EXPECT_EQ(t.q_rad, first);
+  }
+}
+
 TEST_F(ApproachTest, SameForAnyThreadCount) {
   hands::GraspSet grasps;
   for (const Vec3& side : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, -1, 0)})
