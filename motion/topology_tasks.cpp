@@ -20,7 +20,7 @@ TargetOf interpolated_target(const VectorXd& first, const VectorXd& last, int ho
   return [=](int t) { return VectorXd(first + double(t) / horizon * (last - first)); };
 }
 
-Task winding_task(MovingChain chain, const Vec3& center, const Vec3& normal, TargetOf target,
+Task winding_task(const MovingChain& chain, const Vec3& center, const Vec3& normal, const TargetOf& target,
                   std::vector<double> precision) {
   return {"winding number",
           [=](int t, const VectorXd& x, VectorXd& error, MatrixXd* J) {
@@ -39,7 +39,7 @@ Task winding_task(MovingChain chain, const Vec3& center, const Vec3& normal, Tar
           std::move(precision)};
 }
 
-Task writhe_task(MovingChain chain, Polyline fixed, WritheForm form, TargetOf target,
+Task writhe_task(const MovingChain& chain, const Polyline& fixed, WritheForm form, const TargetOf& target,
                  std::vector<double> precision) {
   return {"writhe",
           [=](int t, const VectorXd& x, VectorXd& error, MatrixXd* J) {

@@ -18,8 +18,8 @@ TargetOf constant_target(const Eigen::VectorXd& target);
 TargetOf interpolated_target(const Eigen::VectorXd& first, const Eigen::VectorXd& last, int horizon);
 
 /// Signed turns of the chain around `center` in the plane with the unit `normal` (thesis 3.2): one error.
-Task winding_task(MovingChain chain, const topology::Vec3& center, const topology::Vec3& normal,
-                  TargetOf target, std::vector<double> precision);
+Task winding_task(const MovingChain& chain, const topology::Vec3& center, const topology::Vec3& normal,
+                  const TargetOf& target, std::vector<double> precision);
 
 enum class WritheForm {
   scalar,  ///< Gauss linking integral, the sum over 4 pi: 1 error
@@ -29,7 +29,7 @@ enum class WritheForm {
 
 /// How the moving chain winds round a fixed one (thesis 3.1). Where they touch it jumps: add a clearance
 /// task.
-Task writhe_task(MovingChain chain, topology::Polyline fixed, WritheForm form, TargetOf target,
-                 std::vector<double> precision);
+Task writhe_task(const MovingChain& chain, const topology::Polyline& fixed, WritheForm form,
+                 const TargetOf& target, std::vector<double> precision);
 
 }  // namespace geocage::motion
