@@ -10,9 +10,9 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "hands/hand.h"
-#include "stages/evaluate/presets.h"
+#include "physics/protocols.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 /// A hand as Bullet's articulated body with a fixed base: a link per joint of the tree, capsules as its
 /// colliders, masses of solid capsules, joint limits, mimic joints geared to their leaders. Links collide
@@ -42,4 +42,4 @@ class HandBody {
   std::vector<std::unique_ptr<btMultiBodyConstraint>> constraints_;
 };
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,4 +1,4 @@
-#include "stages/evaluate/hand_body.h"
+#include "physics/hand_body.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 
-#include "stages/evaluate/bullet_eigen.h"
+#include "physics/bullet_eigen.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 using hands::Capsule;
@@ -212,4 +212,4 @@ hands::Pose HandBody::X_WL(int link) const {
   return X;
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,4 +1,4 @@
-#include "stages/evaluate/field_shape.h"
+#include "physics/field_shape.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,9 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 
-#include "stages/evaluate/bullet_eigen.h"
+#include "physics/bullet_eigen.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 using geometry::SignedDistanceField;
@@ -177,4 +177,4 @@ btCollisionAlgorithm* CapsuleFieldAlgorithm::Create::CreateCollisionAlgorithm(
   return new (memory) CapsuleFieldAlgorithm(info, link, object);
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics
