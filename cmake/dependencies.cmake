@@ -42,3 +42,10 @@ find_library(QHULL_LIBRARY qhull_r REQUIRED)
 add_library(qhull INTERFACE)
 target_include_directories(qhull SYSTEM INTERFACE ${QHULL_INCLUDE})
 target_link_libraries(qhull INTERFACE ${QHULL_LIBRARY})
+
+# OMPL without its config file, which asks for ODE.
+find_path(OMPL_INCLUDE ompl/config.h PATH_SUFFIXES ompl-1.5 REQUIRED)
+find_library(OMPL_LIBRARY ompl REQUIRED)
+add_library(ompl INTERFACE)
+target_include_directories(ompl SYSTEM INTERFACE ${OMPL_INCLUDE})
+target_link_libraries(ompl INTERFACE ${OMPL_LIBRARY} Eigen3::Eigen)

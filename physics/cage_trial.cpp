@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "geometry/noise.h"
 
@@ -30,13 +31,15 @@ struct Trial {
   CageWorld world;
   Pose X_BO, X_EW;
   CageTrial seen;
-  int resting = 0;
+  std::optional<Vec3> locked_E;
+  int ticks = 0, resting = 0;
 
   Trial(const CageProtocol& protocol_in, const CageEngine& engine, const ObjectBody& object,
         const EscapeTest& escape_in, const Eigen::Matrix3d& R_WE, std::uint64_t seed)
       : protocol(protocol_in),
         escape(escape_in),
-        world(engine, object, turned(escape_in.capsules(), R_WE), turn(R_WE), seed),
+        world(engine, object, escape_in.object_ball().radius_m, turned(escape_in.capsules(), R_WE),
+              turn(R_WE), seed),
         X_BO(object.X_OB.inverse()),
         X_EW(turn(R_WE).inverse()) {}
 
@@ -55,17 +58,18 @@ struct Trial {
 
   bool escaped() const {
     const Pose X = X_EO();
-    return escape.gone(X) || (escape.beside(X) && escape.straight_way_out(X));
+    return escape.gone(X) || (escape.beside(X) && escape.straight_way_out(X, locked_E));
   }
 
   /// True when the trial is over.
   bool step(const Load& load, const Pose& start) {
-    world.step(load.force_W_n, load.torque_W_nm);
-    ++seen.steps;
+    seen.steps += world.step(load.force_W_n, load.torque_W_nm);
+    ++ticks;
     const double speed = world.velocity_m_s().norm(), spin = world.spin_rad_s().norm();
     seen.penetration_m = std::max(seen.penetration_m, world.penetration_m());
     const bool sane = speed <= protocol.max_speed_m_s && std::isfinite(spin);  // false for NaN, too
-    if (!sane || world.pierced_share() > protocol.max_pierced_share) return seen.outcome = Outcome::error, true;
+    if (!sane || world.pierced_share() > protocol.max_pierced_share)
+      return seen.outcome = Outcome::error, true;
     const Pose now = world.X_WB();
     seen.max_displacement_m =
         std::max(seen.max_displacement_m, (now.translation() - start.translation()).norm());
@@ -81,15 +85,15 @@ struct Trial {
     const int steps = steps_of(duration_s, dt), look = std::max(1, steps_of(look_s, dt));
     const int rest = steps_of(protocol.rest_s, dt);
     const Pose start = world.X_WB();
-    while (seen.steps < steps) {
-      if (step(load(seen.steps), start)) break;
-      if (seen.steps % look == 0 && escaped()) {
+    while (ticks < steps) {
+      if (step(load(ticks), start)) break;
+      if (ticks % look == 0 && escaped()) {
         seen.outcome = Outcome::lost;
         break;
       }
       if (stop_at_rest && resting >= rest) break;
     }
-    seen.ended_s = seen.steps * dt;
+    seen.ended_s = ticks * dt;
   }
 };
 
@@ -110,6 +114,7 @@ CageTrial ring_trial(const CageProtocol& protocol, const ObjectBody& object, con
   Trial trial(protocol, engine, object, escape, geometry::frame_from_z(ring_O).transpose(), seed);
   const Vec3 along(std::cos(angle_rad), std::sin(angle_rad), 0);
   const Load load{object.mass_kg * protocol.gravity_m_s2 * along, Vec3::Zero()};
+  trial.locked_E = ring_O;
   trial.run([&](int) { return load; }, protocol.pull_s, true);
   return trial.seen;
 }

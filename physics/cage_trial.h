@@ -22,8 +22,9 @@ struct CageTrial {
 CageTrial pull_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
                      const geometry::Vec3& axis_O, std::uint64_t seed);
 
-/// The same without translation along `ring_O`, gravity in the plane across it: the fair test of a ring, which
-/// a prism leaves along its axis. `angle_rad` counts from an arbitrary direction of that plane. Tier B1r.
+/// The same without translation along `ring_O`, gravity in the plane across it: the fair test of a ring,
+/// which a prism leaves along its axis. `angle_rad` counts from an arbitrary direction of that plane. Tier
+/// B1r.
 CageTrial ring_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
                      const geometry::Vec3& ring_O, double angle_rad, std::uint64_t seed);
 

@@ -11,8 +11,10 @@ namespace {
 using geometry::Pose;
 using geometry::Vec3;
 
-btRigidBody::btRigidBodyConstructionInfo body_info(const ObjectBody& object, FieldShape& shape, const Pose& X_WO) {
-  btRigidBody::btRigidBodyConstructionInfo info(object.mass_kg, nullptr, &shape, bullet(object.inertia_kg_m2));
+btRigidBody::btRigidBodyConstructionInfo body_info(const ObjectBody& object, FieldShape& shape,
+                                                   const Pose& X_WO) {
+  btRigidBody::btRigidBodyConstructionInfo info(object.mass_kg, nullptr, &shape,
+                                                bullet(object.inertia_kg_m2));
   info.m_startWorldTransform = bullet(Pose(X_WO * object.X_OB));
   info.m_friction = 0;
   return info;
@@ -28,14 +30,16 @@ btTransform capsule_pose(const hands::PlacedCapsule& capsule) {
 
 }  // namespace
 
-CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object,
+CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object, double radius_m,
                      const std::vector<hands::PlacedCapsule>& hand_W, const Pose& X_WO, std::uint64_t seed)
-    : engine_(engine),
+    : radius_m_(radius_m),
+      engine_(engine),
       shape_(*object.field, object.X_OB.inverse(), engine.contact_m),
       object_(body_info(object, shape_, X_WO)),
       dispatcher_(&configuration_),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
-  dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE, &capsule_field_);
+  dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
+                                          &capsule_field_);
   solver_.setRandSeed(static_cast<unsigned long>(seed));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = engine.iterations;
@@ -60,16 +64,25 @@ CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object,
   world_.addCollisionObject(&hand_, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::DefaultFilter);
 }
 
-void CageWorld::step(const Vec3& force_W_n, const Vec3& torque_W_nm) {
-  object_.applyCentralForce(bullet(force_W_n));
-  object_.applyTorque(bullet(torque_W_nm));
-  const double ahead = std::min(velocity_m_s().norm() * engine_.dt_s, engine_.most_ahead_m);
-  shape_.set_contact_m(engine_.contact_m + ahead);
-  world_.stepSimulation(engine_.dt_s, 0);
-  if (engine_.damping_s <= 0) return;
-  const double kept = std::exp(-engine_.dt_s / engine_.damping_s);
-  object_.setLinearVelocity(kept * object_.getLinearVelocity());
-  object_.setAngularVelocity(kept * object_.getAngularVelocity());
+int CageWorld::step(const Vec3& force_W_n, const Vec3& torque_W_nm) {
+  penetration_m_ = 0;
+  const double kick = force_W_n.norm() * object_.getInvMass() * engine_.dt_s;
+  const double surface_m_s = velocity_m_s().norm() + kick + radius_m_ * spin_rad_s().norm();
+  const double wanted = std::ceil(surface_m_s * engine_.dt_s / engine_.most_motion_m);
+  const int parts = static_cast<int>(std::clamp<double>(wanted, 1, engine_.most_parts));
+  const double dt = engine_.dt_s / parts;
+  for (int part = 0; part < parts; ++part) {
+    object_.applyCentralForce(bullet(force_W_n));
+    object_.applyTorque(bullet(torque_W_nm));
+    shape_.set_contact_m(engine_.contact_m + std::min(surface_m_s * dt, engine_.most_motion_m));
+    world_.stepSimulation(dt, 0);
+    penetration_m_ = std::max(penetration_m_, deepest_contact_m(dispatcher_));
+    if (engine_.damping_s <= 0) continue;
+    const double kept = std::exp(-dt / engine_.damping_s);
+    object_.setLinearVelocity(kept * object_.getLinearVelocity());
+    object_.setAngularVelocity(kept * object_.getAngularVelocity());
+  }
+  return parts;
 }
 
 Pose CageWorld::X_WB() const {
@@ -82,13 +95,9 @@ Vec3 CageWorld::spin_rad_s() const {
   return eigen(object_.getAngularVelocity());
 }
 
-double CageWorld::penetration_m() const {
-  return deepest_contact_m(dispatcher_);
-}
-
 double CageWorld::pierced_share() const {
   constexpr double shallow_m = 5e-4;  // no wall that a field shows is that thin
-  const Pose X_OW = (X_WB() * eigen(shape_.X_BO())).inverse();
+  const Pose X_OB = eigen(shape_.X_BO().inverse());
   double share = 0;
   const btDispatcher& dispatcher = dispatcher_;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
@@ -96,22 +105,27 @@ double CageWorld::pierced_share() const {
     for (int j = 0; j < manifold->getNumContacts(); ++j) {
       const btManifoldPoint& contact = manifold->getContactPoint(j);
       if (contact.getDistance() > -shallow_m) continue;
-      const bool object_second = manifold->getBody1() == &object_;
-      const Vec3 p_W = eigen(object_second ? contact.getPositionWorldOnB() : contact.getPositionWorldOnA());
-      const Vec3 n_W = (object_second ? 1 : -1) * eigen(contact.m_normalWorldOnB);
-      const double thickness = thickness_m(shape_.field(), X_OW * p_W, X_OW.linear() * n_W);
+      const bool second = manifold->getBody1() == &object_;
+      const Vec3 p_O = X_OB * eigen(second ? contact.m_localPointB : contact.m_localPointA);
+      const double thickness = thickness_m(shape_.field(), p_O);
       share = std::max(share, -contact.getDistance() / std::max(thickness, 1e-9));
     }
   }
   return share;
 }
 
-double thickness_m(const geometry::SignedDistanceField& field, const Vec3& p_O, const Vec3& n_O) {
+double thickness_m(const geometry::SignedDistanceField& field, const Vec3& p_O) {
   constexpr double step_m = 2.5e-4, farthest_m = 0.02;
+  Vec3 slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 h = field.cell_m * Vec3::Unit(axis);
+    slope[axis] = field.value(p_O + h) - field.value(p_O - h);
+  }
+  const Vec3 inward = -slope.stableNormalized();
   double deepest = 0;
-  for (double inward = step_m; inward < farthest_m; inward += step_m) {
-    const double depth = -field.value(p_O - inward * n_O);
-    if (depth < deepest - step_m) break;
+  for (double s = 0; s < farthest_m; s += step_m) {
+    const double depth = -field.value(p_O + s * inward);
+    if (depth < deepest - 2 * step_m) break;
     deepest = std::max(deepest, depth);
   }
   return 2 * deepest;

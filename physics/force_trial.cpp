@@ -117,7 +117,8 @@ PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const h
   const Phase push = simulate(world, protocol, force, protocol.push_s,
                               {protocol.max_translation_m, protocol.max_rotation_rad, deepest});
   trial.outcome = outcome_of(push.end, Outcome::lost);
-  if (protocol.contact_holds && trial.outcome == Outcome::held && !world.touching()) trial.outcome = Outcome::lost;
+  if (protocol.contact_holds && trial.outcome == Outcome::held && !world.touching())
+    trial.outcome = Outcome::lost;
   trial.displacement_m = push.largest.translation_m, trial.rotation_rad = push.largest.rotation_rad;
   trial.ended_s = push.steps * protocol.engine.dt_s;
   trial.penetration_m = std::max(trial.penetration_m, push.penetration_m), trial.steps += push.steps;

@@ -2,11 +2,12 @@
 #include <array>
 #include <cstdint>
 
-#include "geometry/pose.h"
 #include "physics/outcome.h"
 #include "physics/posture.h"
 #include "physics/protocols.h"
 #include "physics/world.h"
+
+#include "geometry/pose.h"
 
 namespace geocage::physics {
 

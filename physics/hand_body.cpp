@@ -4,11 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/bullet_eigen.h"
 #include <BulletDynamics/Featherstone/btMultiBodyGearConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
-
-#include "physics/bullet_eigen.h"
 
 namespace geocage::physics {
 namespace {

@@ -2,6 +2,7 @@
 #include <memory>
 #include <vector>
 
+#include "physics/protocols.h"
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -10,7 +11,6 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "hands/hand.h"
-#include "physics/protocols.h"
 
 namespace geocage::physics {
 

@@ -68,9 +68,10 @@ std::vector<Posture> postures_of(const hands::GraspSet& set, const hands::Hand& 
 
 Posture open_posture(const hands::Hand& hand, const geometry::SignedDistanceField& field,
                      const hands::Grasp& grasp) {
-  const Eigen::VectorXd q = grasp.pregrasp_joints_rad.empty()
-                                ? hand.open_rad
-                                : hands::joint_vector(hand.tree, grasp.pregrasp_joints_rad, "pregrasp_joints_rad");
+  const Eigen::VectorXd q =
+      grasp.pregrasp_joints_rad.empty()
+          ? hand.open_rad
+          : hands::joint_vector(hand.tree, grasp.pregrasp_joints_rad, "pregrasp_joints_rad");
   return posture_at(hand, field, grasp.X_OH, q);
 }
 

@@ -2,10 +2,11 @@
 #include <string>
 #include <vector>
 
+#include "physics/protocols.h"
+
 #include "geometry/distance_field.h"
 #include "hands/grasp.h"
 #include "hands/hand.h"
-#include "physics/protocols.h"
 
 namespace geocage::physics {
 
@@ -23,13 +24,13 @@ std::vector<hands::PlacedCapsule> capsules_of(const hands::Hand& hand, const geo
 Posture posture_at(const hands::Hand& hand, const geometry::SignedDistanceField& field,
                    const geometry::Pose& X_OH, const Eigen::VectorXd& q);
 
-/// The closed posture of each grasp. Errors (UserError, input): a pose that is no finite rigid motion, a joint
-/// that is unknown, missing or out of limits, a grasp of another hand.
+/// The closed posture of each grasp. Errors (UserError, input): a pose that is no finite rigid motion, a
+/// joint that is unknown, missing or out of limits, a grasp of another hand.
 std::vector<Posture> postures_of(const hands::GraspSet& set, const hands::Hand& hand,
                                  const geometry::SignedDistanceField& field);
 
-/// The same with the fingers as they were before closing. A grasp without a pre-grasp uses the hand's own open
-/// posture.
+/// The same with the fingers as they were before closing. A grasp without a pre-grasp uses the hand's own
+/// open posture.
 Posture open_posture(const hands::Hand& hand, const geometry::SignedDistanceField& field,
                      const hands::Grasp& grasp);
 /// The hand backed away from the object, 1 m against its approach.

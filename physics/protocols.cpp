@@ -24,8 +24,10 @@ Protocol geocage_force() {
 Protocol bodex() {
   Protocol p;
   p.name = "bodex";
-  p.source = "BODex / DexGraspBench: 0.1 kg, mu 0.6, 10 m/s^2 for 2 s, 5 cm and 15 deg, 10 mm at the start; torsional "
-             "friction 0.02 left out; motors, squeeze and time step are geocage's";
+  p.source =
+      "BODex / DexGraspBench: 0.1 kg, mu 0.6, 10 m/s^2 for 2 s, 5 cm and 15 deg, 10 mm at the start; "
+      "torsional "
+      "friction 0.02 left out; motors, squeeze and time step are geocage's";
   p.max_drift_m = p.max_translation_m, p.max_drift_rad = p.max_rotation_rad;
   return p;
 }
@@ -33,8 +35,10 @@ Protocol bodex() {
 Protocol dexgraspnet() {
   Protocol p;
   p.name = "dexgraspnet";
-  p.source = "DexGraspNet: 500 kg/m^3, mu 3, 9.8 m/s^2 for 100 steps of 1/60 s, any contact left, 1 mm at the start; "
-             "motors, squeeze and time step are geocage's";
+  p.source =
+      "DexGraspNet: 500 kg/m^3, mu 3, 9.8 m/s^2 for 100 steps of 1/60 s, any contact left, 1 mm at the "
+      "start; "
+      "motors, squeeze and time step are geocage's";
   p.engine.friction = 3;
   p.density_kg_m3 = 500;
   p.acceleration_m_s2 = 9.8;
@@ -48,8 +52,10 @@ Protocol dexgraspnet() {
 Protocol multidex() {
   Protocol p;
   p.name = "multidex";
-  p.source = "MultiDex / GenDexGrasp: 10,000 kg/m^3, mu 10, 0.5 m/s^2 for 50 steps of 1/60 s, 2 cm, damping 10 and 100 1/s; "
-             "motors, squeeze and time step are geocage's";
+  p.source =
+      "MultiDex / GenDexGrasp: 10,000 kg/m^3, mu 10, 0.5 m/s^2 for 50 steps of 1/60 s, 2 cm, damping 10 and "
+      "100 1/s; "
+      "motors, squeeze and time step are geocage's";
   p.engine.friction = 10;
   p.engine.linear_damping_1ps = 10, p.engine.angular_damping_1ps = 100;
   p.density_kg_m3 = 10000;

@@ -40,19 +40,21 @@ struct Protocol {
   bool contact_holds = false;  ///< instead: held while the object and the hand touch when the push ends
   double max_drift_m = 0.01, max_drift_rad = 0.2617993877991494;  ///< while settling
   double max_start_penetration_m = 0.01;                          ///< rejected above
-  double max_penetration_growth_m = 0.01;                         ///< beyond the start's the engine has failed
-  double max_speed_m_s = 20;                                      ///< likewise
-  double rest_s = 0.2, rest_speed_m_s = 1e-3, rest_spin_rad_s = 0.01;  ///< a phase ends early at rest; 0 s: never
+  double max_penetration_growth_m = 0.01;  ///< beyond the start's the engine has failed
+  double max_speed_m_s = 20;               ///< likewise
+  double rest_s = 0.2, rest_speed_m_s = 1e-3,
+         rest_spin_rad_s = 0.01;  ///< a phase ends early at rest; 0 s: never
 };
 
 /// How the object of a cage test moves.
 struct CageEngine {
-  double dt_s = 1.0 / 480;
+  double dt_s = 1.0 / 240;
+  double most_motion_m = 1.5e-3;  ///< of the object's surface in a step: a faster object takes shorter steps,
+  int most_parts = 16;            ///< at most so many in dt
   int iterations = 50;
-  double contact_m = 1e-3;     ///< contacts are made from this gap on, plus what a step may close
-  double most_ahead_m = 5e-3;  ///< of that plus: more makes contacts with what the object only passes
-  double damping_s = 0.02;     ///< velocities shrink by exp(-dt / damping_s) a step; 0: they do not
-  bool axis_locked = false;    ///< no translation along z of W
+  double contact_m = 1e-3;   ///< contacts are made from this gap on, plus what a step may close
+  double damping_s = 0.02;   ///< velocities shrink by exp(-dt / damping_s) a step; 0: they do not
+  bool axis_locked = false;  ///< no translation along z of W
 };
 
 /// The cage test: locked fingers, no friction. Only geometry holds.

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/bullet_eigen.h"
 #include <Eigen/Eigenvalues>
 
 #include "pipeline/error.h"
-#include "physics/bullet_eigen.h"
 
 namespace geocage::physics {
 namespace {

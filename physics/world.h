@@ -2,14 +2,13 @@
 #include <cstdint>
 #include <optional>
 
+#include "physics/contact_solver.h"
+#include "physics/field_shape.h"
+#include "physics/hand_body.h"
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
-
-#include "physics/contact_solver.h"
-#include "physics/field_shape.h"
-#include "physics/hand_body.h"
 
 namespace geocage::physics {
 

@@ -98,7 +98,9 @@ std::string controls(const Evaluations& test) {
   }
   const std::string list = table(rows, "class=\"text\"");
   if (valid) return list;
-  return element("p", "<b>This test is not valid:</b> a control that must fail did not.", "class=\"warning\"") + list;
+  return element("p", "<b>This test is not valid:</b> a control that must fail did not.",
+                 "class=\"warning\"") +
+         list;
 }
 
 std::string test_result(const PairResults& pair) {

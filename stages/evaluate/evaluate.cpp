@@ -6,10 +6,10 @@
 #include <optional>
 #include <span>
 
+#include "physics/force_trial.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "physics/force_trial.h"
 #include "pipeline/error.h"
 
 namespace geocage::stages {
@@ -58,16 +58,17 @@ std::vector<Evaluation> screened(const std::vector<Posture>& postures,
 }
 
 /// All directions of each posture, in order; one world a trial, so threads share nothing.
-std::vector<PushTrial> push_all(const Protocol& protocol, const physics::ObjectBody& object, const hands::Hand& hand,
-                                const std::vector<Posture>& postures, std::uint64_t seed,
-                                pipeline::Run& run) {
+std::vector<PushTrial> push_all(const Protocol& protocol, const physics::ObjectBody& object,
+                                const hands::Hand& hand, const std::vector<Posture>& postures,
+                                std::uint64_t seed, pipeline::Run& run) {
   const auto& directions = physics::six_directions();
   std::vector<PushTrial> trials(postures.size() * directions.size());
   std::size_t done = 0;
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const Posture& posture = postures[i / directions.size()];
-    trials[i] = physics::push_trial(protocol, object, hand, posture, directions[i % directions.size()].axis_O, seed);
+    trials[i] =
+        physics::push_trial(protocol, object, hand, posture, directions[i % directions.size()].axis_O, seed);
 #pragma omp critical
     run.progress(++done, trials.size());
   }
@@ -120,8 +121,8 @@ void judge(Evaluation& evaluation, std::span<const PushTrial> trials, const Prot
     evaluation.drift_m = std::max(evaluation.drift_m, trial.drift_m);
     evaluation.drift_rad = std::max(evaluation.drift_rad, trial.drift_rad);
     evaluation.max_penetration_m = std::max(evaluation.max_penetration_m, trial.penetration_m);
-    evaluation.directions.push_back(
-        {physics::six_directions()[d].name, trial.outcome, trial.displacement_m, trial.rotation_rad, trial.ended_s});
+    evaluation.directions.push_back({physics::six_directions()[d].name, trial.outcome, trial.displacement_m,
+                                     trial.rotation_rad, trial.ended_s});
   }
   evaluation.outcome = worst(trials);
   evaluation.reason = reason(evaluation, protocol);
@@ -154,7 +155,8 @@ Protocol protocol_of(const EvaluateParams& params) {
 void report(const Evaluations& all, const std::vector<PushTrial>& trials, pipeline::Run& run) {
   double steps = 0;
   for (const PushTrial& trial : trials) steps += trial.steps;
-  for (const Outcome outcome : physics::outcomes) run.metric(std::string(physics::name(outcome)), all.count(outcome));
+  for (const Outcome outcome : physics::outcomes)
+    run.metric(std::string(physics::name(outcome)), all.count(outcome));
   for (const Control& control : all.controls) {
     std::string label = control.name;
     std::ranges::replace(label, ' ', '_');
@@ -170,7 +172,8 @@ void report(const Evaluations& all, const std::vector<PushTrial>& trials, pipeli
 }  // namespace
 
 void EvaluateParams::visit(pipeline::Fields& f) {
-  f("protocol", protocol, physics::protocol_names(), "named test: loads, friction, limits and engine settings");
+  f("protocol", protocol, physics::protocol_names(),
+    "named test: loads, friction, limits and engine settings");
   f("friction", friction, {0, 10}, "Coulomb's mu of every contact, of geocage-force alone");
   f("object_geometry", object_geometry, {"truth", "reconstruction", "given"},
     "which geometry of the object is simulated; kept with the results");

@@ -6,15 +6,15 @@
 #include <string_view>
 #include <vector>
 
+#include "physics/controls.h"
+#include "physics/outcome.h"
+#include "physics/protocols.h"
 #include <nlohmann/json_fwd.hpp>
 
 #include "geometry/distance_field.h"
 #include "hands/grasp.h"
 #include "hands/hand.h"
 #include "motion/trajectory.h"
-#include "physics/controls.h"
-#include "physics/outcome.h"
-#include "physics/protocols.h"
 #include "pipeline/stage.h"
 
 namespace geocage::stages {

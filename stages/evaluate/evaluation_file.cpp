@@ -101,7 +101,8 @@ Control control_from(const json& entry) {
 json counts_json(const std::vector<Evaluation>& evaluations) {
   json counts;
   for (const Outcome outcome : physics::outcomes)
-    counts[std::string(physics::name(outcome))] = std::ranges::count(evaluations, outcome, &Evaluation::outcome);
+    counts[std::string(physics::name(outcome))] =
+        std::ranges::count(evaluations, outcome, &Evaluation::outcome);
   return counts;
 }
 
