@@ -2,6 +2,9 @@
 #include <string>
 #include <vector>
 
+#include "physics/protocols.h"
+#include <nlohmann/json_fwd.hpp>
+
 namespace geocage::physics {
 
 /// A test whose answer is known. `passed` counts grasps that held in every trial.
@@ -9,25 +12,23 @@ struct Control {
   enum class Rule {
     no_trial_holds,   ///< the hand is far away
     no_grasp_passes,  ///< the fingers are open: a palm below the object may rightly hold one direction
+    all_trials_hold,  ///< there is no way out
     reported          ///< no rule: the rate of chance
   };
   std::string name;
   Rule rule = Rule::reported;
   int grasps = 0, trials = 0, held = 0, passed = 0;
 
-  bool ok() const { return rule == Rule::reported || (rule == Rule::no_trial_holds ? held : passed) == 0; }
+  bool ok() const;
 };
+std::string rule_text(Control::Rule rule);
 
-inline std::string rule_text(Control::Rule rule) {
-  switch (rule) {
-    case Control::Rule::no_trial_holds:
-      return "no trial may hold";
-    case Control::Rule::no_grasp_passes:
-      return "no grasp may hold in every trial";
-    case Control::Rule::reported:
-      break;
-  }
-  return "the rate of chance";
-}
+/// As evaluation files hold them.
+nlohmann::json to_json(const std::vector<Control>& controls);
+std::vector<Control> controls_from(const nlohmann::json& list);
+
+/// Cages that are known, under this protocol: a ball in a box of six thick capsules with 0.5 mm of play
+/// (stays), a ring on a bar with end stops (stays), and along a bar without them (leaves).
+std::vector<Control> known_cages(const CageProtocol& protocol);
 
 }  // namespace geocage::physics

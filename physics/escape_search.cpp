@@ -45,35 +45,46 @@ struct Clearance {
   const geometry::SignedDistanceField& field;
   const EscapeTest& escape;
   double tolerance_m = 0;
+  double border_m = 0;  ///< smallest value at the border of the field's grid
 
   Pose X_OW(const Pose& X_WC) const {
     return Eigen::Translation3d(escape.object_ball().center) * X_WC.inverse();
   }
 
-  /// A lower bound of the gap, negative when a capsule is inside. Outside its grid the field says up to three
-  /// times the distance (README).
+  /// A lower bound of the gap, negative when a capsule is inside. A way from outside the field's grid to the
+  /// object crosses the grid's border, so it is at least as long as the border's smallest value.
   double operator()(const Pose& X_WC) const {
     const Pose X = X_OW(X_WC);
     double least = std::numeric_limits<double>::infinity();
     for (const hands::PlacedCapsule& capsule : escape.capsules()) {
       const hands::PlacedCapsule here{X * capsule.a, X * capsule.b, capsule.radius_m};
-      if (hands::capsule_distance_bound_m(field, here) / 3 > least) continue;
-      const hands::CapsuleDistance gap = hands::capsule_distance(field, here);
-      const double sure =
-          in_grid(gap.p_O) ? gap.distance_m : (gap.distance_m + here.radius_m) / 3 - here.radius_m;
-      least = std::min(least, sure);
+      if (!in_grid(here.a) || !in_grid(here.b)) least = std::min(least, border_m - here.radius_m);
+      if (hands::capsule_distance_bound_m(field, here) > least) continue;
+      least = std::min(least, hands::capsule_distance(field, here).distance_m);
     }
     return least;
   }
 
   bool in_grid(const Vec3& p_O) const {
-    const Vec3 cells = ((p_O - field.origin) / field.cell_m);
+    const Vec3 cells = (p_O - field.origin) / field.cell_m;
     return cells.minCoeff() >= 0 && cells.x() <= field.nodes[0] - 1 && cells.y() <= field.nodes[1] - 1 &&
            cells.z() <= field.nodes[2] - 1;
   }
 
   bool free(const Pose& X_WC) const { return (*this)(X_WC) > -tolerance_m; }
 };
+
+double border_of(const geometry::SignedDistanceField& field) {
+  const auto& n = field.nodes;
+  double least = std::numeric_limits<double>::infinity();
+  std::size_t i = 0;
+  for (int z = 0; z < n[2]; ++z)
+    for (int y = 0; y < n[1]; ++y)
+      for (int x = 0; x < n[0]; ++x, ++i)
+        if (x == 0 || y == 0 || z == 0 || x == n[0] - 1 || y == n[1] - 1 || z == n[2] - 1)
+          least = std::min<double>(least, field.coarse[i]);
+  return least;
+}
 
 double surface_motion_m(const Pose& from, const Pose& to, double radius_m) {
   const double angle = Eigen::AngleAxisd(Eigen::Matrix3d(from.linear().transpose() * to.linear())).angle();
@@ -172,7 +183,7 @@ EscapeSearch search_escape(const geometry::SignedDistanceField& field, const Esc
   constexpr double most_extra_m = 1e-3;
   ompl::msg::noOutputHandler();
   EscapeSearch search;
-  Clearance clearance{field, escape, rule.tolerance_m};
+  Clearance clearance{field, escape, rule.tolerance_m, border_of(field)};
   const Pose start(Eigen::Translation3d(escape.object_ball().center));
   const double inside = std::max(0.0, -clearance(start));
   if (inside > most_extra_m) {

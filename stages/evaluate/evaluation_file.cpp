@@ -12,8 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-using physics::Control;
-
 /// Limits that a protocol does not have are null.
 json finite(double value) {
   return std::isfinite(value) ? json(value) : json();
@@ -74,30 +72,6 @@ json engine_json(const EvaluateParams& params) {
           {"squeeze_m", grip.squeeze_m}};
 }
 
-json controls_json(const std::vector<Control>& controls) {
-  json list = json::array();
-  for (const Control& control : controls)
-    list.push_back({{"name", control.name},
-                    {"rule", physics::rule_text(control.rule)},
-                    {"grasps", control.grasps},
-                    {"trials", control.trials},
-                    {"held", control.held},
-                    {"passed", control.passed},
-                    {"ok", control.ok()}});
-  return list;
-}
-
-Control control_from(const json& entry) {
-  Control control{.name = entry.at("name"),
-                  .grasps = entry.at("grasps"),
-                  .trials = entry.at("trials"),
-                  .held = entry.at("held"),
-                  .passed = entry.at("passed")};
-  for (const auto rule : {Control::Rule::no_trial_holds, Control::Rule::no_grasp_passes})
-    if (entry.at("rule") == physics::rule_text(rule)) control.rule = rule;
-  return control;
-}
-
 json counts_json(const std::vector<Evaluation>& evaluations) {
   json counts;
   for (const Outcome outcome : physics::outcomes)
@@ -156,7 +130,7 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                      {"control_grasps", all.params.control_grasps},
                      {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
-                     {"controls", controls_json(all.controls)},
+                     {"controls", physics::to_json(all.controls)},
                      {"valid", all.valid()},
                      {"evaluations", entries}};
   std::ofstream out(dir / "evaluations.json");
@@ -173,7 +147,7 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
          {},
          {}};
   for (const json& entry : file.at("evaluations")) all.list.push_back(evaluation_from(entry));
-  for (const json& entry : file.at("controls")) all.controls.push_back(control_from(entry));
+  all.controls = physics::controls_from(file.at("controls"));
 }
 
 }  // namespace geocage::stages
