@@ -25,7 +25,7 @@ struct FlowPair {
   bool truth_known = false;                       ///< evaluated on the true mesh, not on the reconstruction
   std::string skipped, failed;                    ///< why there are no slots
   std::vector<std::string> slots;
-  std::string score_slot, place_slot, approach_slot, evaluate_slot;
+  std::string score_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
 };
 
 struct Flow {
