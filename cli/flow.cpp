@@ -329,13 +329,17 @@ class Planner {
           slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
+      auto cage_params = p.cage;
+      cage_params.object_geometry = evaluate_params.object_geometry;
+      slot(of_hand("cage"), stages::cage_stage, cage_params, grasps, tested, tested_field, hands_[i]);
 
       FlowPair pair = new_pair(object, hand);
       pair.slots = shared_;
       for (auto [stage, at] : {std::pair{"score", &pair.score_slot},
                                {"place", &pair.place_slot},
                                {"approach", &pair.approach_slot},
-                               {"evaluate", &pair.evaluate_slot}})
+                               {"evaluate", &pair.evaluate_slot},
+                               {"cage", &pair.cage_slot}})
         *at = name_ + "/" + of_hand(stage);
       flow_.pairs.push_back(pair);
     }

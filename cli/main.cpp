@@ -181,7 +181,8 @@ class Program {
     sub->add_option("--mesh", evaluate_.mesh)->required();
     sub->add_option("--hand", evaluate_.hand)->required();
     sub->add_option("--grasp", evaluate_.grasp, "a geocage-grasp file")->required();
-    sub->add_option("--protocol", evaluate_.protocol, "preset (default: geocage-force)");
+    sub->add_option("--protocol", evaluate_.protocol,
+                    "preset, several with commas, or all (default: geocage-force)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
   }
 

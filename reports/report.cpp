@@ -56,7 +56,7 @@ std::string header(const ReportInput& input) {
 }
 
 std::string overview(const std::vector<PairResults>& pairs) {
-  std::vector<Row> rows = {{"object", "hand", "outcome", "grasps", "held", "95 % interval", "null control"}};
+  std::vector<Row> rows = {{"object", "hand", "outcome", "grasps", "held", "95 % interval", "controls"}};
   int held = 0, tested = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const PairResults& pair = pairs[i];
@@ -70,9 +70,9 @@ std::string overview(const std::vector<PairResults>& pairs) {
       tested += static_cast<int>(test.grasps.size());
       row.push_back(fmt::format("{} of {}", test.held(), test.grasps.size()));
       row.push_back(interval_bar(rate) + percent(rate.low) + " – " + percent(rate.high));
-      row.push_back(test.null_trials == 0 ? "none"
-                    : test.null_held == 0 ? "lost all, as it must"
-                                          : "<b>held: not valid</b>");
+      row.push_back(test.controls.empty() ? "none"
+                    : std::ranges::all_of(test.controls, &ControlResult::ok) ? "as they must be"
+                                                                             : "<b>failed: not valid</b>");
     } else {
       row.insert(row.end(), {"–", "–", "–"});
     }

@@ -1,16 +1,15 @@
-#include "stages/evaluate/hand_body.h"
+#include "physics/hand_body.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "physics/bullet_eigen.h"
 #include <BulletDynamics/Featherstone/btMultiBodyGearConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 
-#include "stages/evaluate/bullet_eigen.h"
-
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 using hands::Capsule;
@@ -212,4 +211,4 @@ hands::Pose HandBody::X_WL(int link) const {
   return X;
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,16 +1,16 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
+#include "physics/contact_solver.h"
+#include "physics/field_shape.h"
+#include "physics/hand_body.h"
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
-#include "stages/evaluate/contact_solver.h"
-#include "stages/evaluate/field_shape.h"
-#include "stages/evaluate/hand_body.h"
-
-namespace geocage::stages {
+namespace geocage::physics {
 
 /// The object as a body: its field, its mass, and the frame B at the centre of mass along the principal axes.
 struct ObjectBody {
@@ -20,10 +20,13 @@ struct ObjectBody {
   geometry::Vec3 inertia_kg_m2 = geometry::Vec3::Ones();  ///< about the axes of B
 };
 
-/// Mass properties of the solid inside `mesh`, of even density. UserError (geometry) where the volume is not
-/// positive.
+/// Mass properties of the solid inside `mesh`, of even density: of this mass, or of this density where one is
+/// given. UserError (geometry) where the volume is not positive.
 ObjectBody solid_body(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field,
-                      double mass_kg);
+                      double mass_kg, std::optional<double> density_kg_m3 = {});
+
+/// Depth of the deepest contact of all manifolds, 0 when there is none.
+double deepest_contact_m(const btCollisionDispatcher& dispatcher);
 
 /// One object and one hand without gravity, fresh for each trial. World axes W are those of O at the start.
 /// Shares nothing with other worlds but constant data, so worlds may run side by side.
@@ -44,10 +47,11 @@ class World {
   geometry::Vec3 spin_rad_s() const;
   double fastest_joint() const { return hand_.fastest_joint(); }
   const HandBody& hand() const { return hand_; }
+  bool touching() const;         ///< some contact at the start of the last step had a gap below 0.1 mm
   double penetration_m() const;  ///< deepest contact at the start of the last step, 0 when free
 
  private:
-  double dt_s_;
+  Engine engine_;
   FieldShape shape_;
   btRigidBody object_;
   HandBody hand_;
@@ -59,4 +63,4 @@ class World {
   btMultiBodyDynamicsWorld world_;  // last: its end touches all of the above
 };
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,9 +1,9 @@
-#include "stages/evaluate/force_protocol.h"
+#include "physics/force_trial.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 using geometry::Pose;
@@ -59,7 +59,7 @@ Phase simulate(World& world, const Protocol& protocol, const Vec3& force, double
     const bool rests = speed < protocol.rest_speed_m_s && spin < protocol.rest_spin_rad_s &&
                        world.fastest_joint() < protocol.rest_spin_rad_s;
     resting = rests ? resting + 1 : 0;
-    if (resting >= rest_steps) return phase.end = Phase::End::rest, phase;
+    if (rest_steps > 0 && resting >= rest_steps) return phase.end = Phase::End::rest, phase;
   }
   return phase;
 }
@@ -102,8 +102,8 @@ Eigen::VectorXd squeezed(const hands::Hand& hand, const Eigen::VectorXd& q, cons
 PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
                      const Posture& posture, const Vec3& axis_O, std::uint64_t seed) {
   World world(protocol.engine, object, hand, posture.X_OH, posture.q, seed);
-  world.hold(posture.q_target, protocol.grip);
-  const double deepest = posture.penetration_m + protocol.max_penetration_m;
+  world.hold(squeezed(hand, posture.q, protocol.grip), protocol.grip);
+  const double deepest = posture.penetration_m + protocol.max_penetration_growth_m;
 
   const Phase settle = simulate(world, protocol, Vec3::Zero(), protocol.settle_s,
                                 {protocol.max_drift_m, protocol.max_drift_rad, deepest});
@@ -113,14 +113,16 @@ PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const h
   trial.penetration_m = settle.penetration_m, trial.steps = settle.steps;
   if (trial.outcome != Outcome::held) return trial;
 
-  const Vec3 force = protocol.mass_kg * protocol.acceleration_m_s2 * axis_O;
+  const Vec3 force = object.mass_kg * protocol.acceleration_m_s2 * axis_O;
   const Phase push = simulate(world, protocol, force, protocol.push_s,
                               {protocol.max_translation_m, protocol.max_rotation_rad, deepest});
   trial.outcome = outcome_of(push.end, Outcome::lost);
+  if (protocol.contact_holds && trial.outcome == Outcome::held && !world.touching())
+    trial.outcome = Outcome::lost;
   trial.displacement_m = push.largest.translation_m, trial.rotation_rad = push.largest.rotation_rad;
   trial.ended_s = push.steps * protocol.engine.dt_s;
   trial.penetration_m = std::max(trial.penetration_m, push.penetration_m), trial.steps += push.steps;
   return trial;
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -2,6 +2,7 @@
 #include <memory>
 #include <vector>
 
+#include "physics/protocols.h"
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -10,9 +11,8 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "hands/hand.h"
-#include "stages/evaluate/presets.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 /// A hand as Bullet's articulated body with a fixed base: a link per joint of the tree, capsules as its
 /// colliders, masses of solid capsules, joint limits, mimic joints geared to their leaders. Links collide
@@ -42,4 +42,4 @@ class HandBody {
   std::vector<std::unique_ptr<btMultiBodyConstraint>> constraints_;
 };
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -3,7 +3,7 @@
 
 #include "geometry/pose.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 inline btVector3 bullet(const geometry::Vec3& p) {
   return {p.x(), p.y(), p.z()};
@@ -26,4 +26,4 @@ inline geometry::Pose eigen(const btTransform& X) {
   return pose;
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -2,12 +2,14 @@
 #include <array>
 #include <cstdint>
 
-#include "geometry/pose.h"
-#include "stages/evaluate/evaluate.h"
-#include "stages/evaluate/presets.h"
-#include "stages/evaluate/world.h"
+#include "physics/outcome.h"
+#include "physics/posture.h"
+#include "physics/protocols.h"
+#include "physics/world.h"
 
-namespace geocage::stages {
+#include "geometry/pose.h"
+
+namespace geocage::physics {
 
 /// A unit direction along an axis of the object.
 struct Direction {
@@ -15,13 +17,6 @@ struct Direction {
   geometry::Vec3 axis_O;
 };
 const std::array<Direction, 6>& six_directions();
-
-/// A posture to test: where the hand is and what its motors aim at.
-struct Posture {
-  geometry::Pose X_OH = geometry::Pose::Identity();
-  Eigen::VectorXd q, q_target;
-  double penetration_m = 0;  ///< deepest capsule at the start
-};
 
 /// `q` squeezed along the hand's closing directions, within the joints' limits.
 Eigen::VectorXd squeezed(const hands::Hand& hand, const Eigen::VectorXd& q, const Grip& grip);
@@ -36,10 +31,10 @@ struct PushTrial {
   int steps = 0;
 };
 
-/// Settles the object in the closing hand, then pushes its centre of mass with mass * acceleration along
+/// Settles the object in the squeezing hand, then pushes its centre of mass with mass * acceleration along
 /// `axis_O`, in a world of its own. Motion is that of the centre of mass and the body's axes against the
 /// (fixed) palm.
 PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
                      const Posture& posture, const geometry::Vec3& axis_O, std::uint64_t seed);
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,12 +1,12 @@
-#include "stages/evaluate/field_shape.h"
+#include "physics/field_shape.h"
 
 #include <algorithm>
 
 #include <gtest/gtest.h>
 
-#include "tests/stages/evaluate/scenes.h"
+#include "tests/physics/scenes.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 constexpr double cell_m = 0.002, contact_m = 1e-3;
@@ -56,4 +56,4 @@ TEST(FieldContacts, leave_a_hole_open) {
 }
 
 }  // namespace
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,8 +1,8 @@
-#include "stages/evaluate/contact_solver.h"
+#include "physics/contact_solver.h"
 
 #include <algorithm>
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 void step_by(btMultiBodySolverConstraint& row, btScalar effective_mass) {
@@ -41,4 +41,4 @@ void ContactSolver::bound_way_out(const btContactSolverInfo& info) {
   }
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,7 +1,7 @@
 #pragma once
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 /// Bullet's solver with two corrections to the rows of each contact.
 /// A round friction cone: Bullet clips the two friction impulses of a contact to the cone, but steps each by
@@ -26,4 +26,4 @@ class ContactSolver final : public btMultiBodyConstraintSolver {
   btScalar way_out_m_s_;
 };
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,8 +1,8 @@
-#include "tests/stages/evaluate/scenes.h"
+#include "tests/physics/scenes.h"
 
 #include <cmath>
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 geometry::SignedDistanceField filled(const Vec3& half, double cell_m,
                                      const std::function<double(const Vec3&)>& f) {
@@ -47,4 +47,4 @@ ObjectBody torus_body(const geometry::SignedDistanceField& field, double R, doub
   return {&field, mass_kg, Pose::Identity(), Vec3(across, across, along)};
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

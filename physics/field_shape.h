@@ -9,7 +9,7 @@
 #include "geometry/distance_field.h"
 #include "hands/hand.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 /// A rigid body's shape as a signed distance field: exact topology (holes, cups), one lookup a query. Body
 /// frame B may differ from the field's frame O. Collides with capsules only, once FieldCapsuleAlgorithm is
@@ -22,6 +22,7 @@ class FieldShape final : public btConcaveShape {
   const geometry::SignedDistanceField& field() const { return field_; }
   const btTransform& X_BO() const { return X_BO_; }
   double contact_m() const { return contact_m_; }
+  void set_contact_m(double gap) { contact_m_ = gap; }
 
   void getAabb(const btTransform& X_WB, btVector3& low, btVector3& high) const override;
   void processAllTriangles(btTriangleCallback*, const btVector3&, const btVector3&) const override {}
@@ -84,4 +85,4 @@ class CapsuleFieldAlgorithm final : public btActivatingCollisionAlgorithm {
   btPersistentManifold* manifold_;
 };
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

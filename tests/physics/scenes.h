@@ -3,9 +3,9 @@
 
 #include "geometry/distance_field.h"
 #include "hands/hand.h"
-#include "stages/evaluate/world.h"
+#include "physics/world.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 
 using geometry::Pose;
 using geometry::Vec3;
@@ -26,4 +26,4 @@ ObjectBody box_body(const geometry::SignedDistanceField& field, const Vec3& half
 /// Solid torus, even density, about its centre (closed form).
 ObjectBody torus_body(const geometry::SignedDistanceField& field, double R, double r, double mass_kg);
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,17 +1,17 @@
-#include "stages/evaluate/field_shape.h"
+#include "physics/field_shape.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <new>
 
+#include "physics/bullet_eigen.h"
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 
-#include "stages/evaluate/bullet_eigen.h"
-
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 using geometry::SignedDistanceField;
@@ -67,10 +67,19 @@ struct Samples {
   double step() const { return 1.0 / last; }
 };
 
-Samples sample(const AxisLine& line) {
+/// Where the field is too large for a contact, the samples that it rules out are skipped: outside its grid it
+/// may rise by 2 m a metre, never faster.
+Samples sample(const AxisLine& line, double reach) {
   Samples samples;
-  samples.last = std::clamp(static_cast<int>(std::ceil(line.ab.norm() / sample_m)), 1, Samples::most);
-  for (int i = 0; i <= samples.last; ++i) samples.value[i] = line.value(i * samples.step());
+  const double length = line.ab.norm();
+  samples.last = std::clamp(static_cast<int>(std::ceil(length / sample_m)), 1, Samples::most);
+  std::fill_n(samples.value.begin(), samples.last + 1, std::numeric_limits<double>::infinity());
+  for (int i = 0; i <= samples.last;) {
+    samples.value[i] = line.value(i * samples.step());
+    const double spare = (samples.value[i] - reach) / 2;
+    i += std::max(1,
+                  static_cast<int>(std::min(spare / (length * samples.step() + 1e-12), 1.0 * Samples::most)));
+  }
   return samples;
 }
 
@@ -112,7 +121,7 @@ FieldContacts field_contacts(const SignedDistanceField& field, const hands::Plac
   // Outside its grid the field may rise by 2 m a metre, never faster.
   if (line.value(0.5) > reach + line.ab.norm()) return contacts;
 
-  const Samples samples = sample(line);
+  const Samples samples = sample(line, reach);
   for (int i = 0; i <= samples.last; ++i) {
     if (samples.value[i] >= reach) continue;
     const int first = i;
@@ -177,4 +186,4 @@ btCollisionAlgorithm* CapsuleFieldAlgorithm::Create::CreateCollisionAlgorithm(
   return new (memory) CapsuleFieldAlgorithm(info, link, object);
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

@@ -1,14 +1,14 @@
-#include "stages/evaluate/world.h"
+#include "physics/world.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "physics/bullet_eigen.h"
 #include <Eigen/Eigenvalues>
 
 #include "pipeline/error.h"
-#include "stages/evaluate/bullet_eigen.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 using geometry::Pose;
@@ -38,11 +38,12 @@ void set_solver(btContactSolverInfo& info, const Engine& engine) {
 }  // namespace
 
 ObjectBody solid_body(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field,
-                      double mass_kg) {
+                      double mass_kg, std::optional<double> density_kg_m3) {
   const geometry::MassProperties solid = geometry::mass_properties(mesh);
   if (!(solid.volume_m3 > 0))
     throw pipeline::UserError(pipeline::Fault::geometry, "evaluate", "the object's mesh encloses no volume",
                               "give a closed mesh whose triangles face outward");
+  if (density_kg_m3) mass_kg = *density_kg_m3 * solid.volume_m3;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(solid.inertia);
   ObjectBody body{&field, mass_kg, Pose::Identity(), principal.eigenvalues() * mass_kg / solid.volume_m3};
   body.X_OB.linear() = principal.eigenvectors();
@@ -53,7 +54,7 @@ ObjectBody solid_body(const geometry::TriangleMesh& mesh, const geometry::Signed
 
 World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& hand, const Pose& X_WH,
              const Eigen::VectorXd& q, std::uint64_t seed, const Pose& X_WO)
-    : dt_s_(engine.dt_s),
+    : engine_(engine),
       shape_(*object.field, object.X_OB.inverse(), engine.contact_m),
       object_(body_info(object, shape_, X_WO, engine.friction)),
       hand_(hand, X_WH, q, engine),
@@ -73,12 +74,16 @@ World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& 
 }
 
 void World::hold(const Eigen::VectorXd& q_target, const Grip& grip) {
-  hand_.hold(world_, q_target, grip, dt_s_);
+  hand_.hold(world_, q_target, grip, engine_.dt_s);
 }
 
 void World::step(const Vec3& force_W_n) {
   object_.applyCentralForce(bullet(force_W_n));
-  world_.stepSimulation(dt_s_, 0);
+  world_.stepSimulation(engine_.dt_s, 0);
+  const double slow = std::exp(-engine_.linear_damping_1ps * engine_.dt_s);
+  const double calm = std::exp(-engine_.angular_damping_1ps * engine_.dt_s);
+  if (slow < 1) object_.setLinearVelocity(slow * object_.getLinearVelocity());
+  if (calm < 1) object_.setAngularVelocity(calm * object_.getAngularVelocity());
 }
 
 Pose World::X_WB() const {
@@ -91,15 +96,30 @@ Vec3 World::spin_rad_s() const {
   return eigen(object_.getAngularVelocity());
 }
 
-double World::penetration_m() const {
-  double deepest = 0;
+bool World::touching() const {
+  constexpr double touching_m = 1e-4;
   const btDispatcher& dispatcher = dispatcher_;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+    for (int j = 0; j < manifold->getNumContacts(); ++j)
+      if (manifold->getContactPoint(j).getDistance() < touching_m) return true;
+  }
+  return false;
+}
+
+double World::penetration_m() const {
+  return deepest_contact_m(dispatcher_);
+}
+
+double deepest_contact_m(const btCollisionDispatcher& dispatcher) {
+  double deepest = 0;
+  const btDispatcher& base = dispatcher;
+  for (int i = 0; i < base.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
     for (int j = 0; j < manifold->getNumContacts(); ++j)
       deepest = std::max(deepest, -manifold->getContactPoint(j).getDistance());
   }
   return deepest;
 }
 
-}  // namespace geocage::stages
+}  // namespace geocage::physics

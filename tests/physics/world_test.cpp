@@ -1,13 +1,13 @@
-#include "stages/evaluate/world.h"
+#include "physics/world.h"
 
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include "tests/stages/evaluate/scenes.h"
+#include "tests/physics/scenes.h"
 
-namespace geocage::stages {
+namespace geocage::physics {
 namespace {
 
 constexpr double gravity = 10, deg = std::numbers::pi / 180;
@@ -159,4 +159,4 @@ TEST(World, a_ball_in_a_closed_box_of_capsules_stays) {
 }
 
 }  // namespace
-}  // namespace geocage::stages
+}  // namespace geocage::physics
