@@ -20,6 +20,6 @@ struct RemeshParams {
 geometry::TriangleMesh remesh(const RemeshParams& params, pipeline::Run& run,
                               const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage remesh_stage{"remesh", 2, &remesh};
+inline constexpr pipeline::Stage remesh_stage{"remesh", 3, &remesh};
 
 }  // namespace geocage::stages
