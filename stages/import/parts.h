@@ -16,6 +16,6 @@ struct PartRule {
 /// points lie within the convex hull of a neighbour is one object with it, as the inside of a cup is. Indices
 /// ascending. Precondition: one sensor, whose place is known: it tells which way a patch faces.
 std::vector<std::vector<int>> convex_parts(const geometry::PointCloud& cloud, const std::vector<int>& cluster,
-                                           const PartRule& rule);
+                                           const geometry::Plane& table, const PartRule& rule);
 
 }  // namespace geocage::stages

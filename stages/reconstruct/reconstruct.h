@@ -7,13 +7,13 @@ namespace geocage::stages {
 
 struct ReconstructParams {
   std::string method = "poisson";
-  int depth = 7;
+  int depth = 6;
   double samples_per_node = 4;
   bool close_unseen = true;
   double unseen_step_m = 0.003;
   double observed_m = 0.004;
-  double wall_m = 0.004;
-  double handle_m = 0.02;
+  double wall_m = 0.005;
+  double handle_m = 0.0125;
   double most_growth = 1.5;
   double wrap_alpha = 0.05;
   double timeout_s = 60;
