@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <map>
+#include <iostream>
+#include <memory>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -113,7 +115,7 @@ class TableScenes : public testing::Test {
   tests::ScratchFolder folder_;
 };
 
-std::vector<TableScene> scenes() {
+std::vector<TableScene> scenes(bool with_files) {
   const auto tall = upright_cylinder(0.033, 0.12);
   std::vector<TableScene> list = {
       {"a mug", {mug()}},
@@ -136,7 +138,7 @@ std::vector<TableScene> scenes() {
        {placed(standing(datasets::icosphere(0.04, 4)), {-0.07, 0, 0}),
         placed(upright_cylinder(0.033, 0.12), {0, 0, 0})}},
   };
-  if (const char* folder = std::getenv("GEOCAGE_TEST_OBJECTS"))
+  if (const char* folder = std::getenv("GEOCAGE_TEST_OBJECTS"); folder && with_files)
     for (const char* name : {"mug.stl", "bunny.stl", "duck.stl", "wineglass.stl", "ycb_pitcher.obj",
                              "hammer.stl", "banana.stl"}) {
       list.push_back({name, {standing(geometry::read_mesh(std::filesystem::path(folder) / name))}});
@@ -147,31 +149,38 @@ std::vector<TableScene> scenes() {
   return list;
 }
 
-TEST_F(TableScenes, AreParted) {
-  const char* by = std::getenv("BY");
-  for (double elevation : {35.0, 50.0})
-    for (const auto& scene : scenes()) {
-      const auto file = seen(scene, elevation, 1);
-      pipeline::Run run;
-      geometry::Scene found;
-      try {
-        found = find_scene({.scene = "table",
-                            .cluster_by = by ? by : "shape",
-                            .patch_m = getenv("PATCH") ? atof(getenv("PATCH")) : 0.02,
-                            .concavity_deg = getenv("CONC") ? atof(getenv("CONC")) : 20},
-                           run, {file});
-      } catch (const std::exception& e) {
-        printf("%s: %s\n", scene.name.c_str(), e.what());
-        continue;
+/// Whether each thing is one object, and how it was parted where it isn't.
+std::string how_parted(const std::filesystem::path& file, const std::string& rule) {
+  pipeline::Run run;
+  const auto found = find_scene({.scene = "table", .cluster_by = rule}, run, {file});
+  const auto match = tests::match_labels(found, 300);
+  if (match.found == match.labelled && match.objects == match.labelled && match.merged == 0) return "";
+  return std::to_string(match.labelled) + " things gave " + std::to_string(match.objects) + " objects";
+}
+
+// Mugs stay whole and what touches them is parted. 35 degrees: a Kinect on a low tripod.
+TEST_F(TableScenes, GiveAnObjectAThing) {
+  const std::set<std::string> held = {"a mug", "mug and box touch", "a can on a box", "ring",
+                                      "a ball at a can"};
+  for (const auto& scene : scenes(false))
+    if (held.contains(scene.name)) EXPECT_EQ(how_parted(seen(scene, 35, 1), "shape"), "") << scene.name;
+}
+
+// The study of docs/measurements/sensing.md: import_test --gtest_also_run_disabled_tests
+// --gtest_filter=*Study
+TEST_F(TableScenes, DISABLED_Study) {
+  for (const std::string rule : {"gap", "shape"}) {
+    int good = 0, all = 0;
+    for (const double elevation : {35.0, 50.0})
+      for (const auto& scene : scenes(true)) {
+        const auto how = how_parted(seen(scene, elevation, 1), rule);
+        good += how.empty();
+        ++all;
+        if (!how.empty())
+          std::cout << rule << ", " << elevation << " deg, " << scene.name << ": " << how << "\n";
       }
-      const auto match = tests::match_labels(found, 300);
-      printf("%2.0f %-40s labelled %d found %d merged %d split %d objects %d:", elevation, scene.name.c_str(),
-             match.labelled, match.found, match.merged, match.split, match.objects);
-      for (auto& o : found.objects) printf(" %zu", o.points.size());
-      printf("%s\n", match.found == match.labelled && match.objects == match.labelled && !match.merged
-                         ? ""
-                         : "  <-----");
-    }
+    std::cout << rule << ": " << good << " of " << all << "\n";
+  }
 }
 
 }  // namespace
