@@ -40,7 +40,7 @@ TriangleMesh cut_along(const TriangleMesh& mesh, const std::vector<int>& crossed
   return cut;
 }
 
-/// True where loops passes vertices that `taken` marks; marks its own otherwise.
+/// True where the triangles have a vertex that `taken` marks; marks theirs otherwise.
 bool meets(const TriangleMesh& mesh, const std::vector<int>& crossed, std::vector<char>& taken) {
   for (int f : crossed)
     for (int v : mesh.triangles[f])
@@ -50,46 +50,48 @@ bool meets(const TriangleMesh& mesh, const std::vector<int>& crossed, std::vecto
   return false;
 }
 
+/// What one look at a mesh's loops allows to cut.
+struct Round {
+  TriangleMesh mesh;
+  int handles = 0;
+  double longest_m = 0;
+};
+
+/// Loops that keep clear of each other, one after the other on the numbers of `mesh`, each only where a solid
+/// with one handle less comes of it.
+Round cut_round(const TriangleMesh& mesh, int euler, double loop_m) {
+  const geometry::SurfaceDistance surface(mesh);
+  std::vector<char> taken(mesh.vertices.size(), 0);
+  std::vector<int> all;
+  Round round;
+  for (const SurfaceLoop& loop : topology::handle_loops(mesh)) {
+    if (loop.length_m >= loop_m) continue;
+    const auto crossed = crossed_by(loop, surface);
+    if (meets(mesh, crossed, taken)) continue;
+    auto with = all;
+    with.insert(with.end(), crossed.begin(), crossed.end());
+    TriangleMesh cut = cut_along(mesh, with);
+    if (check_mesh(cut).euler != euler + 2 * (round.handles + 1) || !geometry::flaw_of_solid(cut).empty())
+      continue;
+    all = std::move(with);
+    round.mesh = std::move(cut);
+    ++round.handles;
+    round.longest_m = std::max(round.longest_m, loop.length_m);
+  }
+  return round;
+}
+
 }  // namespace
 
 CutHandles cut_small_handles(TriangleMesh& mesh, double loop_m) {
   CutHandles done;
   mesh.observed.clear();
-  for (bool again = true; again;) {
-    again = false;
-    const int euler = check_mesh(mesh).euler;
-    if (euler == 2) break;
-    const geometry::SurfaceDistance surface(mesh);
-    std::vector<std::pair<std::vector<int>, double>> cuts;
-    std::vector<char> taken(mesh.vertices.size(), 0);
-    for (const SurfaceLoop& loop : topology::handle_loops(mesh)) {
-      if (loop.length_m >= loop_m) continue;
-      auto crossed = crossed_by(loop, surface);
-      if (!meets(mesh, crossed, taken)) cuts.emplace_back(std::move(crossed), loop.length_m);
-    }
-    // One after the other on the old numbers: all at once, and one by one where that is no solid.
-    std::vector<int> all;
-    const auto solid_with = [&](const std::vector<int>& crossed, int fewer) {
-      TriangleMesh cut = cut_along(mesh, crossed);
-      const bool good = check_mesh(cut).euler == euler + 2 * fewer && geometry::flaw_of_solid(cut).empty();
-      return good ? cut : TriangleMesh();
-    };
-    TriangleMesh best;
-    int fewer = 0;
-    for (const auto& [crossed, length_m] : cuts) {
-      auto with = all;
-      with.insert(with.end(), crossed.begin(), crossed.end());
-      TriangleMesh cut = solid_with(with, fewer + 1);
-      if (cut.triangles.empty()) continue;
-      ++fewer;
-      all = std::move(with);
-      best = std::move(cut);
-      done.moved_m = std::max(done.moved_m, length_m / 2);
-    }
-    if (fewer == 0) break;
-    mesh = std::move(best);
-    done.handles += fewer;
-    again = true;
+  for (int euler = check_mesh(mesh).euler; euler != 2; euler = check_mesh(mesh).euler) {
+    const Round round = cut_round(mesh, euler, loop_m);
+    if (round.handles == 0) break;
+    mesh = round.mesh;
+    done.handles += round.handles;
+    done.moved_m = std::max(done.moved_m, round.longest_m / 2);
   }
   return done;
 }
