@@ -101,7 +101,8 @@ class TableScenes : public testing::Test {
     for (const Vec3& p : cloud.points) {
       std::size_t label = 0;
       double least = 1;
-      for (std::size_t k = 0; k < surfaces.size(); ++k) {
+      for (std::size_t k = 0; k < surfaces.size() && p.z() > 0.008;
+           ++k) {  // lower is the table, or no matter
         int nearest = 0;
         if (const double d = surfaces[k]->distance_m(p, nearest); d < least) {
           least = d;
