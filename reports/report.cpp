@@ -10,6 +10,7 @@
 
 #include "reports/html.h"
 #include "reports/pair_page.h"
+#include "reports/scene_page.h"
 #include "reports/style.h"
 
 namespace geocage::reports {
@@ -184,8 +185,8 @@ std::string footer(const Texts& run) {
 }
 
 std::string page(const ReportInput& input, const std::vector<PairResults>& pairs,
-                 const std::vector<std::vector<Figure>>& figures) {
-  std::string body = header(input) + overview(pairs);
+                 const std::vector<std::vector<Figure>>& figures, const std::string& scenes) {
+  std::string body = header(input) + overview(pairs) + scenes;
   for (std::size_t i = 0; i < pairs.size(); ++i) body += pair_section(pairs[i], figures[i], pair_id(i));
   body += troubles(input) + meaning() + times(input.slots) + sources(input.pairs) + details(input, pairs) +
           footer(input.run);
@@ -220,8 +221,12 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
     figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
   }
+  std::string scenes;
+  for (std::size_t i = 0; i < input.scenes.size(); ++i)
+    scenes += scene_section(input.scenes[i], pictures,
+                            fmt::format("scene-{}-{}", i + 1, plain_name(input.scenes[i].name)));
   fs::path index = folder / "index.html";
-  write_by_rename(index, page(input, pairs, figures));
+  write_by_rename(index, page(input, pairs, figures, scenes));
   return index;
 }
 

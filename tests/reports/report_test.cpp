@@ -9,6 +9,7 @@
 
 #include "datasets/shapes.h"
 #include "geometry/cloud.h"
+#include "geometry/scene.h"
 #include "hands/grasp.h"
 #include "pipeline/error.h"
 #include "reports/results.h"
@@ -171,6 +172,37 @@ TEST_F(Report, TellsTheWholeStoryOffline) {
         "below the table", "9 poses", "0.004", "package things, MIT", "the true surface", "3.10 mm free",
         "moved 61.0 mm", "1.50 s", "Bullet"})
     EXPECT_TRUE(has(html, words)) << words;
+}
+
+// A scene of two objects, one of them with a surface: its points and the surface are drawn, and it is
+// counted.
+TEST_F(Report, ScenesShowTheirObjectsAndSurfaces) {
+  geometry::Scene scene;
+  const auto ring = datasets::torus(0.05, 0.015, 24, 12);
+  for (double at : {-0.1, 0.1}) {
+    auto& object = scene.objects.emplace_back();
+    object.name = at < 0 ? "left" : "right";
+    for (const auto& p : ring.vertices) {
+      object.points.push_back(static_cast<int>(scene.cloud.size()));
+      scene.cloud.points.push_back(p + geometry::Vec3(at, 0, 0));
+    }
+  }
+  scene.cloud.sensor_origins = {{0, -0.5, 0.5}};
+  scene.cloud.support = geometry::Plane{geometry::Vec3::UnitZ(), -0.015};
+  save_artefact(scene, fresh("scene"));
+  save_artefact(ring, fresh("ring"));
+  auto all = input();
+  all.scenes = {{"a table", folder_ / "scene", {folder_ / "ring", {}}}};
+  const std::string html = text_of(write_report(all, folder_ / "out"));
+  EXPECT_EQ(html_flaw(html), "");
+  for (const char* words : {"a table.left", "a table.right", "Objects: 2", "1 of 2"})
+    EXPECT_TRUE(has(html, words)) << words;
+  for (const char* ending : {"-parts.png", "-closed.png"}) {
+    int files = 0;
+    for (const auto& file : fs::directory_iterator(folder_ / "out" / "pictures"))
+      files += file.path().string().ends_with(ending) && fs::file_size(file) > 1000;
+    EXPECT_EQ(files, 1) << ending;
+  }
 }
 
 TEST_F(Report, EveryPictureThatThePageNamesIsThere) {
