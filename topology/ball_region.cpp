@@ -145,8 +145,7 @@ void Region::link_vertex(int i, int ring_end, const std::uint32_t* weights) {
     lower[lowers] = j;
     same_[sames] = j;
     later_[laters] = j;
-    if constexpr (weighted)
-      lower_weight[lowers] = same_weight_[sames] = later_weight_[laters] = weights[k];
+    if constexpr (weighted) lower_weight[lowers] = same_weight_[sames] = later_weight_[laters] = weights[k];
     lowers += is_lower;
     sames += is_same;
     laters += is_later;

@@ -30,8 +30,8 @@ class Region {
 
   /// Within `hops` edges of a source. Returns the rings' number: 1 + the greatest distance from the patch.
   void grow_by_hops(const int* sources, int count, int hops);
-  /// Within `limit` along edges, `weights` being the lengths of the mesh's links, each at most 2^30; the order
-  /// is that of the distance to half a mean edge. Precondition: limit < 2^31.
+  /// Within `limit` along edges, `weights` being the lengths of the mesh's links, each at most 2^30; the
+  /// order is that of the distance to half a mean edge. Precondition: limit < 2^31.
   void grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights);
 
   int size() const { return static_cast<int>(order_.size()); }
@@ -69,7 +69,8 @@ class Region {
     int vertex;
   };
   static constexpr std::uint32_t buckets = 256;
-  std::array<std::vector<Reached>, buckets> buckets_;  ///< those reached, by distance / width_, round and round
+  std::array<std::vector<Reached>, buckets>
+      buckets_;  ///< those reached, by distance / width_, round and round
   std::uint32_t width_ = 1;
   int waiting_ = 0;
   int patch_ = 0;

@@ -99,9 +99,9 @@ struct Job {
   }
 
   /// Whole quanta, 2^30 of them to the largest radius. A path of n edges is off by at most n / 2 quanta, and
-  /// n is at most the radius over the shortest edge, or 1.01 times that where the edges' rounding makes a path
-  /// of more edges the shortest (edges of 64 quanta at least): nearer to the radius than that, a plain search
-  /// decides. Two quanta more for the rounding of the limit.
+  /// n is at most the radius over the shortest edge, or 1.01 times that where the edges' rounding makes a
+  /// path of more edges the shortest (edges of 64 quanta at least): nearer to the radius than that, a plain
+  /// search decides. Two quanta more for the rounding of the limit.
   void measure_lengths() {
     const double quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
     double shortest = largest_m;
@@ -239,16 +239,16 @@ class PatchBalls {
     inner_.clear();
     for (std::size_t q = 0; q < masks_.size(); ++q) inner_.push_back(common_inside(q));
     const int innermost = *std::min_element(inner_.begin(), inner_.end());
+    const RegionView view = region_.view();
     for (int i = 0; i < region_.size(); ++i) {
       const int farthest = region_.farthest()[i];
       if (farthest < innermost) continue;
       for (std::size_t q = 0; q < masks_.size(); ++q)
-        if (farthest >= inner_[q]) correct_at(q, i);
+        if (farthest >= inner_[q]) correct_at(view, q, i);
     }
   }
 
-  void correct_at(std::size_t q, int i) {
-    const RegionView view = region_.view();
+  void correct_at(const RegionView& view, std::size_t q, int i) {
     const std::uint64_t* mask = masks(q);
     const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
     if ((own[0] | own[1]) == 0) return;

@@ -144,6 +144,21 @@ TEST_F(Contract, ScoreOfAWholeSurfaceIsGaussBonnet) {
   }
 }
 
+/// Column `ball_vertices` of what `geocage score` prints.
+std::vector<int> ball_vertices(const std::string& csv_text) {
+  std::istringstream csv(csv_text);
+  std::vector<int> counts;
+  std::string line;
+  std::getline(csv, line);
+  while (std::getline(csv, line)) {
+    std::istringstream row(line);
+    std::string cell;
+    for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
+    counts.push_back(std::stoi(cell));
+  }
+  return counts;
+}
+
 // Half a step more than one mean edge holds a vertex and its neighbours; 1.5 x the mean edge in metres is
 // what any other length of a hop would miss.
 TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
@@ -155,16 +170,40 @@ TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
   for (const auto& [radius, rings] : {std::pair{0.99 * edge, 0}, std::pair{1.01 * edge, 1}}) {
     const Ended scored = geocage({"score", mesh, "--radius-m", std::to_string(radius)});
     ASSERT_EQ(scored.code, 0) << scored.err;
-    std::istringstream csv(scored.out);
-    std::string line;
-    std::getline(csv, line);
-    for (int v = 0; std::getline(csv, line); ++v) {
-      std::istringstream row(line);
-      std::string cell;
-      for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
-      ASSERT_EQ(std::stoi(cell), 1 + rings * neighbours.size(v)) << v;
+    const auto counts = ball_vertices(scored.out);
+    ASSERT_EQ(counts.size(), shape.vertices.size());
+    for (int v = 0; v < static_cast<int>(counts.size()); ++v)
+      ASSERT_EQ(counts[v], 1 + rings * neighbours.size(v)) << v;
+  }
+}
+
+// A radius of just over a mean edge, under two of the shortest: by hops a vertex's ball has all its
+// neighbours, by lengths those whose edge is no longer than the radius.
+TEST_F(Contract, ScoreMetricsDifferAsTheyMust) {
+  auto shape = datasets::icosphere(0.05, 3);
+  for (auto& p : shape.vertices) p.z() *= 1.7;
+  const auto mesh = write("egg.ply", shape);
+  const auto neighbours = geometry::vertex_neighbours(shape);
+  const std::string radius = std::to_string(1.01 * geometry::mean_edge_m(shape));
+  std::vector<int> by_hop, by_length;
+  for (int v = 0; v < static_cast<int>(shape.vertices.size()); ++v) {
+    by_hop.push_back(1 + neighbours.size(v));
+    by_length.push_back(1);
+    for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
+      const double length = (shape.vertices[v] - shape.vertices[neighbours.items[i]]).norm();
+      ASSERT_GT(2 * length, std::stod(radius));  // or a path of two edges could be in
+      by_length.back() += length <= std::stod(radius);
     }
   }
+  ASSERT_NE(by_hop, by_length);
+  const auto scored = [&](const std::vector<std::string>& metric) {
+    std::vector<std::string> words = {"score", mesh, "--radius-m", radius};
+    words.insert(words.end(), metric.begin(), metric.end());
+    return ball_vertices(geocage(words).out);
+  };
+  EXPECT_EQ(scored({"--metric", "hop"}), by_hop);
+  EXPECT_EQ(scored({"--metric", "dijkstra"}), by_length);
+  EXPECT_EQ(scored({}), by_hop);
 }
 
 TEST_F(Contract, ScoreOfAnOpenMeshIsCode3) {

@@ -17,7 +17,7 @@ namespace {
 
 struct Row {
   std::string object, field, direction;  ///< field: "winding hop 0.06"; local ones have their name alone
-  double share, sigma, spearman, overlap, drift_m;
+  double radius_m, share, sigma, spearman, overlap, drift_m;
 };
 
 std::vector<Row> read_rows(const fs::path& folder) {
@@ -36,7 +36,7 @@ std::vector<Row> read_rows(const fs::path& folder) {
       for (std::string cell; std::getline(text, cell, ',');) cells.push_back(cell);
       const double radius = std::stod(cells[4]);
       const std::string field = radius > 0 ? cells[2] + " " + cells[3] + " " + cells[4] : cells[2];
-      rows.push_back({cells[0], field, cells[8], std::stod(cells[5]), std::stod(cells[9]),
+      rows.push_back({cells[0], field, cells[8], radius, std::stod(cells[5]), std::stod(cells[9]),
                       std::stod(cells[11]), std::stod(cells[12]), std::stod(cells[13])});
     }
   }
@@ -58,6 +58,7 @@ struct Mean {
   }
 };
 struct Cell {
+  double radius_m = 0;  ///< 0 for a local field
   Mean spearman, overlap, drift_m;
 };
 /// field -> direction -> sigma -> means. Radii whose median ball holds more than half of the surface are
@@ -69,6 +70,7 @@ Table table_of(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     if (row.share > 0.5) continue;
     Cell& cell = table[row.field][row.direction][row.sigma];
+    cell.radius_m = row.radius_m;
     cell.spearman.add(row.object, row.spearman);
     cell.overlap.add(row.object, row.overlap);
     cell.drift_m.add(row.object, row.drift_m);
@@ -78,14 +80,17 @@ Table table_of(const std::vector<Row>& rows) {
 
 std::string markdown(const Table& table) {
   std::string text =
-      "| field | noise | objects | sigma (edges) | Spearman | top 10 % overlap | drift of the best (mm) |\n"
-      "|---|---|---|---|---|---|---|\n";
+      "| field | noise | objects | sigma (edges) | Spearman | top 10 % overlap | drift of the best (mm) | "
+      "(radii) |\n"
+      "|---|---|---|---|---|---|---|---|\n";
   for (const auto& [field, directions] : table)
     for (const auto& [direction, sigmas] : directions)
       for (const auto& [sigma, cell] : sigmas)
-        text += fmt::format("| {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} |\n", field, direction,
-                            cell.spearman.of_object.size(), sigma, cell.spearman.value(),
-                            cell.overlap.value(), 1000 * cell.drift_m.value());
+        text +=
+            fmt::format("| {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} | {} |\n", field, direction,
+                        cell.spearman.of_object.size(), sigma, cell.spearman.value(), cell.overlap.value(),
+                        1000 * cell.drift_m.value(),
+                        cell.radius_m > 0 ? fmt::format("{:.2f}", cell.drift_m.value() / cell.radius_m) : "");
   return text;
 }
 
