@@ -61,6 +61,6 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
                       const geometry::SignedDistanceField& field, const geometry::PointCloud& support_cloud,
                       const geometry::Occupancy& occupancy, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage place_stage{"place", 2, &place};
+inline constexpr pipeline::Stage place_stage{"place", 3, &place};
 
 }  // namespace geocage::stages

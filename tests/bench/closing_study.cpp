@@ -1,5 +1,5 @@
 // Closes hands on every mesh of a folder from random places and checks each closing against the exact mesh:
-//   closing_study FOLDER [POSES [HAND ...]]
+//   closing_study FOLDER [POSES [HAND ...]]       FOLDER or one mesh file: a study can be split by object
 // One CSV line an object and hand. `deepest` counts from dense samples (1 mm) along the axes of the closed
 // hand's capsules; `on_the_way` from samples (5 mm) at every posture that the hand goes through, which a
 // finger that jumps through a thin wall would show in.
@@ -102,7 +102,7 @@ Row study(const hands::Hand& hand, const geometry::TriangleMesh& mesh,
 }
 
 int run(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "closing_study FOLDER [POSES [HAND ...]]\n"), 2;
+  if (argc < 2) return std::fprintf(stderr, "closing_study FOLDER|MESH [POSES [HAND ...]]\n"), 2;
   const int poses = argc > 2 ? std::atoi(argv[2]) : 20;
   std::vector<std::string> names(argv + std::min(argc, 3), argv + argc);
   if (names.empty()) names = hands::hand_names();

@@ -144,19 +144,18 @@ TEST_F(Contract, ScoreOfAWholeSurfaceIsGaussBonnet) {
   }
 }
 
-/// Column `ball_vertices` of what `geocage score` prints.
-std::vector<int> ball_vertices(const std::string& csv_text) {
-  std::istringstream csv(csv_text);
-  std::vector<int> counts;
-  std::string line;
+/// The column ball_vertices of a table of scores.
+std::vector<int> ball_sizes(const std::string& table) {
+  std::vector<int> sizes;
+  std::istringstream csv(table);
+  std::string line, cell;
   std::getline(csv, line);
   while (std::getline(csv, line)) {
     std::istringstream row(line);
-    std::string cell;
     for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
-    counts.push_back(std::stoi(cell));
+    sizes.push_back(std::stoi(cell));
   }
-  return counts;
+  return sizes;
 }
 
 // Half a step more than one mean edge holds a vertex and its neighbours; 1.5 x the mean edge in metres is
@@ -170,40 +169,45 @@ TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
   for (const auto& [radius, rings] : {std::pair{0.99 * edge, 0}, std::pair{1.01 * edge, 1}}) {
     const Ended scored = geocage({"score", mesh, "--radius-m", std::to_string(radius)});
     ASSERT_EQ(scored.code, 0) << scored.err;
-    const auto counts = ball_vertices(scored.out);
-    ASSERT_EQ(counts.size(), shape.vertices.size());
-    for (int v = 0; v < static_cast<int>(counts.size()); ++v)
-      ASSERT_EQ(counts[v], 1 + rings * neighbours.size(v)) << v;
+    const auto sizes = ball_sizes(scored.out);
+    ASSERT_EQ(sizes.size(), shape.vertices.size());
+    for (int v = 0; v < static_cast<int>(sizes.size()); ++v)
+      ASSERT_EQ(sizes[v], 1 + rings * neighbours.size(v)) << v;
   }
 }
 
-// A radius of just over a mean edge, under two of the shortest: by hops a vertex's ball has all its
-// neighbours, by lengths those whose edge is no longer than the radius.
-TEST_F(Contract, ScoreMetricsDifferAsTheyMust) {
-  auto shape = datasets::icosphere(0.05, 3);
-  for (auto& p : shape.vertices) p.z() *= 1.7;
+// Floyd and Warshall's distances, in edges and in metres, tell what each metric has to hold.
+TEST_F(Contract, ScoreMetricsAreHopsOrLengthsOfEdges) {
+  auto shape = datasets::icosphere(0.05, 2);
+  for (auto& p : shape.vertices) p.z() *= 1.7;  // edges of many lengths
   const auto mesh = write("egg.ply", shape);
+  const int n = static_cast<int>(shape.vertices.size());
+  const double edge = geometry::mean_edge_m(shape), radius = 0.0401;
   const auto neighbours = geometry::vertex_neighbours(shape);
-  const std::string radius = std::to_string(1.01 * geometry::mean_edge_m(shape));
-  std::vector<int> by_hop, by_length;
-  for (int v = 0; v < static_cast<int>(shape.vertices.size()); ++v) {
-    by_hop.push_back(1 + neighbours.size(v));
-    by_length.push_back(1);
-    for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
-      const double length = (shape.vertices[v] - shape.vertices[neighbours.items[i]]).norm();
-      ASSERT_GT(2 * length, std::stod(radius));  // or a path of two edges could be in
-      by_length.back() += length <= std::stod(radius);
+  std::vector<std::vector<int>> balls;
+  for (const std::string metric : {"hop", "dijkstra"}) {
+    std::vector<double> d(static_cast<std::size_t>(n) * n, 1);  // a metre is far
+    for (int v = 0; v < n; ++v) {
+      d[v * n + v] = 0;
+      for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
+        const int w = neighbours.items[i];
+        d[v * n + w] = metric == "hop" ? edge : (shape.vertices[v] - shape.vertices[w]).norm();
+      }
     }
+    for (int via = 0; via < n; ++via)
+      for (int v = 0; v < n; ++v)
+        for (int w = 0; w < n; ++w) d[v * n + w] = std::min(d[v * n + w], d[v * n + via] + d[via * n + w]);
+    const Ended scored = geocage({"score", mesh, "--radius-m", "0.0401", "--metric", metric});
+    ASSERT_EQ(scored.code, 0) << scored.err;
+    const auto sizes = ball_sizes(scored.out);
+    ASSERT_EQ(std::ssize(sizes), n);
+    for (int v = 0; v < n; ++v)
+      EXPECT_EQ(sizes[v], std::count_if(&d[v * n], &d[v * n] + n, [&](double x) { return x <= radius; }))
+          << metric << " " << v;
+    balls.push_back(sizes);
   }
-  ASSERT_NE(by_hop, by_length);
-  const auto scored = [&](const std::vector<std::string>& metric) {
-    std::vector<std::string> words = {"score", mesh, "--radius-m", radius};
-    words.insert(words.end(), metric.begin(), metric.end());
-    return ball_vertices(geocage(words).out);
-  };
-  EXPECT_EQ(scored({"--metric", "hop"}), by_hop);
-  EXPECT_EQ(scored({"--metric", "dijkstra"}), by_length);
-  EXPECT_EQ(scored({}), by_hop);
+  EXPECT_NE(balls[0], balls[1]);
+  EXPECT_EQ(ball_sizes(geocage({"score", mesh, "--radius-m", "0.0401"}).out), balls[0]) << "hop by default";
 }
 
 TEST_F(Contract, ScoreOfAnOpenMeshIsCode3) {

@@ -58,8 +58,7 @@ struct Mean {
   }
 };
 struct Cell {
-  double radius_m = 0;  ///< 0 for a local field
-  Mean spearman, overlap, drift_m;
+  Mean spearman, overlap, drift_m, drift_radii;  ///< the last: in radii of the ball; empty for local fields
 };
 /// field -> direction -> sigma -> means. Radii whose median ball holds more than half of the surface are
 /// left out, object by object, as the stage `score` leaves them out.
@@ -70,27 +69,27 @@ Table table_of(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     if (row.share > 0.5) continue;
     Cell& cell = table[row.field][row.direction][row.sigma];
-    cell.radius_m = row.radius_m;
     cell.spearman.add(row.object, row.spearman);
     cell.overlap.add(row.object, row.overlap);
     cell.drift_m.add(row.object, row.drift_m);
+    if (row.radius_m > 0) cell.drift_radii.add(row.object, row.drift_m / row.radius_m);
   }
   return table;
 }
 
 std::string markdown(const Table& table) {
   std::string text =
-      "| field | noise | objects | sigma (edges) | Spearman | top 10 % overlap | drift of the best (mm) | "
-      "(radii) |\n"
+      "| field | noise | objects | sigma (edges) | Spearman | top 10 % overlap | drift of the best (mm) | in "
+      "radii |\n"
       "|---|---|---|---|---|---|---|---|\n";
   for (const auto& [field, directions] : table)
     for (const auto& [direction, sigmas] : directions)
       for (const auto& [sigma, cell] : sigmas)
-        text +=
-            fmt::format("| {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} | {} |\n", field, direction,
-                        cell.spearman.of_object.size(), sigma, cell.spearman.value(), cell.overlap.value(),
-                        1000 * cell.drift_m.value(),
-                        cell.radius_m > 0 ? fmt::format("{:.2f}", cell.drift_m.value() / cell.radius_m) : "");
+        text += fmt::format(
+            "| {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} | {} |\n", field, direction,
+            cell.spearman.of_object.size(), sigma, cell.spearman.value(), cell.overlap.value(),
+            1000 * cell.drift_m.value(),
+            cell.drift_radii.of_object.empty() ? "-" : fmt::format("{:.2f}", cell.drift_radii.value()));
   return text;
 }
 
