@@ -121,7 +121,7 @@ struct Job {
       length_limits.push_back(static_cast<std::uint32_t>(ball.radius_m * radius_slack / quantum_m));
   }
 
-  /// Edges longer than the largest radius lead nowhere: 2^30 + 2^29 and one more is beyond limit and slack.
+  /// Edges longer than the largest radius count as long as that: a plain search decides what they reach.
   static std::uint32_t quanta(double x) { return static_cast<std::uint32_t>(std::min(x, 0x1p30) + 0.5); }
 };
 
