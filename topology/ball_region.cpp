@@ -1,9 +1,7 @@
 #include "topology/ball_region.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <queue>
 
 namespace geocage::topology {
 
@@ -60,43 +58,56 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
       }
     }
   }
-  link_region(0);
+  link_region<false>(nullptr);
 }
 
-void Region::grow_by_length(const int* sources, int count, double radius_m, double quantum_m) {
+void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) {
+  const std::uint32_t d = distance_[v];
+  for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
+    const int w = mesh_.links[i].neighbour;
+    const std::uint32_t next = d + weights.of_link[i];
+    if (w == mesh_.count || next > limit || next >= distance_[w]) continue;
+    distance_[w] = next;
+    buckets_[next / width_ % buckets].push_back({next, w});
+    ++waiting_;
+  }
+}
+
+/// Bucket by bucket (delta stepping: Meyer and Sanders 2003): a vertex that is reached again from its own
+/// bucket keeps its place in the order, and passes its new distance on.
+void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights) {
+  constexpr std::uint32_t far = ~std::uint32_t{0};
   clear();
   patch_ = count;
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  const auto reach_from = [&](double d, int v) {
-    for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
-      const int w = mesh_.links[i].neighbour;
-      if (w == mesh_.count || slot_[w] != 0) continue;
-      const double next = d + (mesh_.position(v) - mesh_.position(w)).norm();
-      if (next <= radius_m) queue.emplace(next, w);
+  distance_.resize(static_cast<std::size_t>(mesh_.count), far);
+  // No link leads round all buckets.
+  width_ = std::max({weights.mean / 2, weights.longest / (buckets - 2), std::uint32_t{1}});
+  for (int i = 0; i < count; ++i) {
+    take(sources[i]);
+    distance_[sources[i]] = 0;
+  }
+  ring_start_.push_back(count);
+  for (int i = 0; i < count; ++i) reach_from(sources[i], limit, weights);
+  for (std::uint32_t bucket = 0; waiting_ > 0; ++bucket) {
+    auto& reached = buckets_[bucket % buckets];
+    for (std::size_t k = 0; k < reached.size(); ++k) {
+      const auto [d, v] = reached[k];
+      --waiting_;
+      if (d != distance_[v]) continue;
+      if (slot_[v] == 0) take(v);
+      reach_from(v, limit, weights);
     }
-  };
-  for (int i = 0; i < count; ++i) take(sources[i]);
-  ring_start_.push_back(size());
-  for (int i = 0; i < count; ++i) reach_from(0, sources[i]);
-  double ring_end = mesh_.mean_edge_m;
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (slot_[v] != 0) continue;
-    if (d > ring_end && size() > ring_start_.back()) {
-      ring_start_.push_back(size());
-      ring_end = d + mesh_.mean_edge_m;
-    }
-    take(v);
-    reach_from(d, v);
+    reached.clear();
+    if (bucket % 2 == 1 && size() > ring_start_.back()) ring_start_.push_back(size());
   }
   if (size() > ring_start_.back()) ring_start_.push_back(size());
-  link_region(quantum_m);
+  for (int v : order_) distance_[v] = far;
+  link_region<true>(weights.of_link.data());
 }
 
 /// Splits the neighbours of each vertex by the order, and adds up what ends at it.
-void Region::link_region(double quantum_m) {
+template <bool weighted>
+void Region::link_region(const std::uint32_t* weights) {
   const std::size_t n = order_.size();
   start_.resize(n + 1);
   middle_.resize(n);
@@ -106,25 +117,24 @@ void Region::link_region(double quantum_m) {
   std::size_t entries = 0;
   for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
   if (near_.size() < entries) near_.resize(entries + entries / 4);
+  if (weighted && weight_.size() < near_.size()) weight_.resize(near_.size());
   start_[0] = 0;
   for (int ring = 0; ring < rings(); ++ring)
-    for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i) link_vertex(i, ring_start_[ring + 1]);
-  if (quantum_m <= 0) return;
-  weight_.resize(static_cast<std::size_t>(start_[n]));
-  for (int i = 0; i < size(); ++i)
-    for (int k = start_[i]; k < start_[i + 1]; ++k) {
-      const double length = (mesh_.position(order_[i]) - mesh_.position(order_[near_[k]])).norm();
-      weight_[k] = static_cast<std::uint32_t>(std::min(length / quantum_m, 0x1p30) + 0.5);
-    }
+    for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)
+      link_vertex<weighted>(i, ring_start_[ring + 1], weights);
 }
 
-void Region::link_vertex(int i, int ring_end) {
+template <bool weighted>
+void Region::link_vertex(int i, int ring_end, const std::uint32_t* weights) {
   const int first = mesh_.link_start[order_[i]], last = mesh_.link_start[order_[i] + 1];
   if (same_.size() < static_cast<std::size_t>(last - first)) {
     same_.resize(static_cast<std::size_t>(last - first));
     later_.resize(same_.size());
+    same_weight_.resize(same_.size());
+    later_weight_.resize(same_.size());
   }
   int* const lower = near_.data() + start_[i];
+  std::uint32_t* const lower_weight = weighted ? weight_.data() + start_[i] : nullptr;
   int lowers = 0, sames = 0, laters = 0, triangles = 0, farthest = 0;
   double area = 0, area_before = mesh_.links[last - 1].area_m2;
   const int closing = slot_[mesh_.links[last - 1].neighbour] - 1;
@@ -133,10 +143,11 @@ void Region::link_vertex(int i, int ring_end) {
     const int j = slot_[mesh_.links[k].neighbour] - 1;
     const bool is_lower = j >= 0 && j<i, is_same = j> i && j < ring_end, is_later = j >= ring_end;
     lower[lowers] = j;
-    lowers += is_lower;
     same_[sames] = j;
-    sames += is_same;
     later_[laters] = j;
+    if constexpr (weighted) lower_weight[lowers] = same_weight_[sames] = later_weight_[laters] = weights[k];
+    lowers += is_lower;
+    sames += is_same;
     laters += is_later;
     farthest = std::max(farthest, j < 0 ? std::numeric_limits<int>::max() : j);
     const bool whole = is_lower && was_lower;
@@ -145,8 +156,14 @@ void Region::link_vertex(int i, int ring_end) {
     was_lower = is_lower;
     area_before = mesh_.links[k].area_m2;
   }
-  for (int k = 0; k < sames; ++k) lower[lowers + k] = same_[k];
-  for (int k = 0; k < laters; ++k) lower[lowers + sames + k] = later_[k];
+  const auto append = [&](int at, int count, const std::vector<int>& near,
+                          const std::vector<std::uint32_t>& weight) {
+    for (int k = 0; k < count; ++k) lower[at + k] = near[k];
+    if constexpr (weighted)
+      for (int k = 0; k < count; ++k) lower_weight[at + k] = weight[k];
+  };
+  append(lowers, sames, same_, same_weight_);
+  append(lowers + sames, laters, later_, later_weight_);
   middle_[i] = start_[i] + lowers;
   outer_[i] = middle_[i] + sames;
   start_[i + 1] = outer_[i] + laters;

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,6 +16,12 @@ struct Patches {
 };
 Patches make_patches(const BallMesh& mesh);
 
+/// Lengths of a mesh's links in whole quanta.
+struct LinkWeights {
+  std::vector<std::uint32_t> of_link;
+  std::uint32_t mean = 0, longest = 0;
+};
+
 /// All vertices within reach of a patch, renumbered in the order of their distance from it, with their
 /// neighbours split by that order. Keeps its memory: one for each thread.
 class Region {
@@ -23,9 +30,9 @@ class Region {
 
   /// Within `hops` edges of a source. Returns the rings' number: 1 + the greatest distance from the patch.
   void grow_by_hops(const int* sources, int count, int hops);
-  /// Within `radius_m` along edges; weights are edge lengths in units of `quantum_m`, rounded to whole
-  /// numbers.
-  void grow_by_length(const int* sources, int count, double radius_m, double quantum_m);
+  /// Within `limit` along edges, `weights` being the lengths of the mesh's links, each at most 2^30; the
+  /// order is that of the distance to half a mean edge. Precondition: limit < 2^31.
+  void grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights);
 
   int size() const { return static_cast<int>(order_.size()); }
   int rings() const { return static_cast<int>(ring_start_.size()) - 1; }
@@ -46,14 +53,26 @@ class Region {
     order_.push_back(rank);
     slot_[rank] = static_cast<int>(order_.size());
   }
-  void link_region(double quantum_m);
-  void link_vertex(int i, int ring_end);
+  void reach_from(int v, std::uint32_t limit, const LinkWeights& weights);
+  template <bool weighted>
+  void link_region(const std::uint32_t* weights);
+  template <bool weighted>
+  void link_vertex(int i, int ring_end, const std::uint32_t* weights);
 
   const BallMesh& mesh_;
   std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_, same_, later_;
-  std::vector<std::uint32_t> weight_;
+  std::vector<std::uint32_t> weight_, same_weight_, later_weight_;
   std::vector<OwnCells> own_;
-  std::vector<double> length_;  ///< by slot
+  std::vector<std::uint32_t> distance_;  ///< of each vertex from the patch; far but while a search runs
+  struct Reached {
+    std::uint32_t distance;
+    int vertex;
+  };
+  static constexpr std::uint32_t buckets = 256;
+  std::array<std::vector<Reached>, buckets>
+      buckets_;  ///< those reached, by distance / width_, round and round
+  std::uint32_t width_ = 1;
+  int waiting_ = 0;
   int patch_ = 0;
 };
 

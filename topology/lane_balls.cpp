@@ -75,7 +75,8 @@ struct Job {
   const Metric metric;
   const BallOptions options;
   std::vector<int> hop_limits;
-  double largest_m = 0, quantum_m = 0;
+  double largest_m = 0;
+  LinkWeights link_weights;
   std::vector<std::uint32_t> length_limits;
   std::uint32_t length_slack = 0;
   BallSet& set;
@@ -98,18 +99,30 @@ struct Job {
   }
 
   /// Whole quanta, 2^30 of them to the largest radius. A path of n edges is off by at most n / 2 quanta, and
-  /// n is at most the radius over the shortest edge: nearer to the radius than that, a plain search decides.
+  /// n is at most the radius over the shortest edge, or 1.01 times that where the edges' rounding makes a
+  /// path of more edges the shortest (edges of 64 quanta at least): nearer to the radius than that, a plain
+  /// search decides. Two quanta more for the rounding of the limit.
   void measure_lengths() {
-    quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
+    const double quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
     double shortest = largest_m;
+    link_weights.of_link.resize(mesh.links.size());
     for (int v = 0; v < mesh.count; ++v)
-      for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i)
-        if (const int w = mesh.links[i].neighbour; w < v)
-          shortest = std::min(shortest, (mesh.position(v) - mesh.position(w)).norm());
-    length_slack = static_cast<std::uint32_t>(std::min(2 + largest_m / std::max(shortest, 1e-300), 0x1p29));
+      for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
+        if (mesh.links[i].neighbour == mesh.count) continue;
+        const double length = (mesh.position(v) - mesh.position(mesh.links[i].neighbour)).norm();
+        shortest = std::min(shortest, length);
+        link_weights.of_link[i] = quanta(length / quantum_m);
+      }
+    link_weights.mean = quanta(mesh.mean_edge_m / quantum_m);
+    link_weights.longest = quanta(mesh.longest_edge_m / quantum_m);
+    const double most_edges = largest_m / std::max(shortest, 1e-300);
+    length_slack = most_edges > 0x1p24 ? 1u << 29 : static_cast<std::uint32_t>(3 + 0.51 * most_edges);
     for (const BallFields& ball : set.radii)
       length_limits.push_back(static_cast<std::uint32_t>(ball.radius_m * radius_slack / quantum_m));
   }
+
+  /// Edges longer than the largest radius count as long as that: a plain search decides what they reach.
+  static std::uint32_t quanta(double x) { return static_cast<std::uint32_t>(std::min(x, 0x1p30) + 0.5); }
 };
 
 /// One thread's desk: the balls of a patch.
@@ -131,8 +144,8 @@ class PatchBalls {
     else
       grow_lengths();
     add_up();
+    correct_sums();
     for (std::size_t q = 0; q < job_.set.radii.size(); ++q) {
-      correct_sums(q);
       tasks_.clear();
       for (int l = 0; l < count_; ++l) {
         if (undecided_[l / 64] >> (l % 64) & 1)
@@ -176,7 +189,8 @@ class PatchBalls {
   }
 
   void grow_lengths() {
-    region_.grow_by_length(sources_, count_, job_.largest_m * (1 + 1e-9), job_.quantum_m);
+    const std::uint32_t farthest = *std::max_element(job_.length_limits.begin(), job_.length_limits.end());
+    region_.grow_by_length(sources_, count_, farthest + job_.length_slack, job_.link_weights);
     make_masks();
     auto* rows = reinterpret_cast<std::uint32_t*>(
         rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
@@ -220,27 +234,35 @@ class PatchBalls {
   /// The sums took every cell whose last corner is in the ball; those of them with another corner outside go.
   /// And an edge of the ball without a triangle of it, and a vertex without one, are no part of the surface.
   /// Both concern only vertices with a neighbour outside of some ball: most have all theirs in all balls, or
-  /// are in none.
-  void correct_sums(std::size_t q) {
+  /// are in none. All radii of one vertex after the other, while its neighbours are at hand.
+  void correct_sums() {
+    inner_.clear();
+    for (std::size_t q = 0; q < masks_.size(); ++q) inner_.push_back(common_inside(q));
+    const int innermost = *std::min_element(inner_.begin(), inner_.end());
     const RegionView view = region_.view();
-    const std::uint64_t* mask = masks(q);
-    const int size = region_.size(), inner = common_inside(q);
-    for (int i = 0; i < size; ++i) {
-      if (region_.farthest()[i] < inner) continue;
-      const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
-      if ((own[0] | own[1]) == 0) continue;
-      std::uint64_t first = ~std::uint64_t{0}, second = first;
-      const auto meet = [&](int begin, int end) {
-        for (int n = begin; n < end; ++n) {
-          const std::uint64_t* other = mask + static_cast<std::ptrdiff_t>(view.near[n]) * mask_words;
-          first &= other[0];
-          second &= other[1];
-        }
-        return ((own[0] & ~first) | (own[1] & ~second)) != 0;
-      };
-      if (meet(view.start[i], view.middle[i])) take_missing(q, i);
-      if (meet(view.middle[i], view.start[i + 1]) || region_.farthest()[i] >= size) look_round(q, i);
+    for (int i = 0; i < region_.size(); ++i) {
+      const int farthest = region_.farthest()[i];
+      if (farthest < innermost) continue;
+      for (std::size_t q = 0; q < masks_.size(); ++q)
+        if (farthest >= inner_[q]) correct_at(view, q, i);
     }
+  }
+
+  void correct_at(const RegionView& view, std::size_t q, int i) {
+    const std::uint64_t* mask = masks(q);
+    const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
+    if ((own[0] | own[1]) == 0) return;
+    std::uint64_t first = ~std::uint64_t{0}, second = first;
+    const auto meet = [&](int begin, int end) {
+      for (int n = begin; n < end; ++n) {
+        const std::uint64_t* other = mask + static_cast<std::ptrdiff_t>(view.near[n]) * mask_words;
+        first &= other[0];
+        second &= other[1];
+      }
+      return ((own[0] & ~first) | (own[1] & ~second)) != 0;
+    };
+    if (meet(view.start[i], view.middle[i])) take_missing(q, i);
+    if (meet(view.middle[i], view.start[i + 1]) || region_.farthest()[i] >= region_.size()) look_round(q, i);
   }
 
   /// How many vertices from the first on are in all balls.
@@ -291,27 +313,32 @@ class PatchBalls {
 
   /// chi counts the triangles' own edges and corners. Each loose edge is met at both of its ends.
   void look_round(std::size_t q, int i) {
+    struct Words {
+      std::uint64_t bits[mask_words];
+    };
     const int v = region_.order()[i];
     const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
     const int* slot = region_.slot();
-    for (int w = 0; w < mask_words; ++w) {
-      const std::uint64_t own = masks(q)[static_cast<std::ptrdiff_t>(i) * mask_words + w];
-      if (own == 0) continue;
-      const auto in = [&](int k) {
-        return masks_[q].data()[static_cast<std::ptrdiff_t>(slot[mesh_.links[k].neighbour]) * mask_words + w];
-      };
-      std::uint64_t before = in(last - 1), here = in(first), used = 0;
-      for (int k = first; k < last; ++k) {
-        const std::uint64_t after = in(k + 1 < last ? k + 1 : first);
-        used |= here & after;
-        for (std::uint64_t loose = own & here & ~before & ~after; loose != 0; loose &= loose - 1)
-          sums(q, 64 * w + std::countr_zero(loose))[slot_euler] += 0.5;
-        before = here;
-        here = after;
+    const auto in = [&](int k) {
+      const std::uint64_t* mask =
+          masks_[q].data() + static_cast<std::ptrdiff_t>(slot[mesh_.links[k].neighbour]) * mask_words;
+      return Words{{mask[0], mask[1]}};
+    };
+    const std::uint64_t* own = masks(q) + static_cast<std::ptrdiff_t>(i) * mask_words;
+    Words before = in(last - 1), here = in(first), used{};
+    for (int k = first; k < last; ++k) {
+      const Words after = in(k + 1 < last ? k + 1 : first);
+      std::uint64_t loose[mask_words];
+      for (int w = 0; w < mask_words; ++w) {
+        used.bits[w] |= here.bits[w] & after.bits[w];
+        loose[w] = own[w] & here.bits[w] & ~before.bits[w] & ~after.bits[w];
       }
-      for (std::uint64_t unused = own & ~used; unused != 0; unused &= unused - 1)
-        sums(q, 64 * w + std::countr_zero(unused))[slot_euler] -= 1;
+      if ((loose[0] | loose[1]) != 0) for_lanes(loose, [&](int l) { sums(q, l)[slot_euler] += 0.5; });
+      before = here;
+      here = after;
     }
+    const std::uint64_t unused[mask_words] = {own[0] & ~used.bits[0], own[1] & ~used.bits[1]};
+    for_lanes(unused, [&](int l) { sums(q, l)[slot_euler] -= 1; });
   }
 
   void finish(std::size_t q, int l) {
@@ -361,6 +388,7 @@ class PatchBalls {
   std::vector<std::uint8_t> dirty_;
   std::vector<Aligned<std::uint64_t>> masks_;
   Aligned<double> sums_;
+  std::vector<int> inner_;  ///< of each radius, how many vertices from the first on are in all balls
   std::vector<CutTask> tasks_;
   std::uint64_t undecided_[mask_words] = {};
 };
