@@ -69,6 +69,15 @@ void describe_evaluation(const reports::Evaluations& all, const reports::Evaluat
       static_cast<double>(std::ranges::count(result.directions, true, &reports::DirectionResult::held));
 }
 
+void describe_cage(const reports::CageResult& cage, Row& row) {
+  row["cage_outcome"] = cage.outcome;
+  row["cage_pulls_retained"] = static_cast<double>(cage.pulls_retained);
+  row["cage_ring_retained"] = static_cast<double>(cage.ring_retained);
+  row["cage_wrenches"] = static_cast<double>(cage.wrenches);
+  row["cage_wrenches_lost"] = static_cast<double>(cage.wrenches_lost);
+  row["cage_escape_search"] = cage.search;
+}
+
 /// The rows of one pair.
 class PairRows {
  public:
@@ -93,6 +102,8 @@ class PairRows {
     const auto ways =
         approach.empty() ? std::vector<reports::Approach>{} : reports::read_approaches(approach);
     const auto tests = evaluate.empty() ? reports::Evaluations{} : reports::read_evaluations(evaluate);
+    const fs::path cage = folder_of(pair_.cage_slot);
+    const auto cages = cage.empty() ? reports::Cages{} : reports::read_cages(cage);
     std::vector<Row> rows;
     for (std::size_t i = 0; i < set.grasps.size(); ++i) {
       Row& row = rows.emplace_back(common_);
@@ -101,6 +112,8 @@ class PairRows {
       if (i < ways.size()) describe_approach(ways[i], row);
       for (const auto& test : tests.grasps)
         if (test.grasp == static_cast<int>(i)) describe_evaluation(tests, test, row);
+      for (const auto& one : cages.grasps)
+        if (one.grasp == static_cast<int>(i)) describe_cage(one, row);
     }
     return rows.empty() ? std::vector<Row>{common_} : rows;
   }
@@ -176,9 +189,10 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
     for (const auto& [name, value] : row)
       if (name.starts_with("score_")) scores.insert(name);
   table.columns.insert(table.columns.end(), scores.begin(), scores.end());
-  for (const char* name :
-       {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol", "object_geometry",
-        "outcome", "reason", "held", "drift_m", "drift_rad", "directions", "directions_held"})
+  for (const char* name : {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol",
+                           "object_geometry", "outcome", "reason", "held", "drift_m", "drift_rad",
+                           "directions", "directions_held", "cage_outcome", "cage_pulls_retained",
+                           "cage_ring_retained", "cage_wrenches", "cage_wrenches_lost", "cage_escape_search"})
     table.columns.emplace_back(name);
   for (Row& row : rows) {
     auto& cells = table.rows.emplace_back();

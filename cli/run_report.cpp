@@ -106,6 +106,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
     shown.grasps = folder_of(slots, pair.place_slot);
     shown.trajectories = folder_of(slots, pair.approach_slot);
     shown.evaluations = folder_of(slots, pair.evaluate_slot);
+    shown.cages = folder_of(slots, pair.cage_slot);
   }
   input.scenes = scenes_of(summary, slots);
   for (const auto& slot : summary.slots)
@@ -121,7 +122,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
 /// report.
 std::string stamp_of(const reports::ReportInput& input) {
   std::ostringstream text;
-  text << "geocage-report 2 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
+  text << "geocage-report 3 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
   for (const auto& pair : input.pairs)
     text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.sentence << "\n";
   for (const auto& slot : input.slots)

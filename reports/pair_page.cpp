@@ -85,12 +85,11 @@ std::string grasp_table(const PairResults& pair) {
   return element("h3", "Grasps, best score first") + table(rows, "class=\"text\"");
 }
 
-std::string controls(const Evaluations& test) {
-  if (test.controls.empty())
-    return element("p", "No controls were run: nobody knows whether this test can fail.");
+std::string controls(const std::vector<ControlResult>& all) {
+  if (all.empty()) return element("p", "No controls were run: nobody knows whether this test can fail.");
   std::vector<Row> rows = {{"control", "grasps", "trials held", "grasps held in all", "rule", ""}};
   bool valid = true;
-  for (const ControlResult& control : test.controls) {
+  for (const ControlResult& control : all) {
     valid = valid && control.ok;
     rows.push_back({escaped(control.name), std::to_string(control.grasps),
                     fmt::format("{} of {}", control.held, control.trials), std::to_string(control.passed),
@@ -116,7 +115,22 @@ std::string test_result(const PairResults& pair) {
                test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share), percent(rate.low),
                percent(rate.high), outcomes,
                test.object_geometry == "truth" ? "the true surface" : "the surface rebuilt from the scan"));
-  return html + controls(test);
+  return html + controls(test.controls);
+}
+
+std::string cage_table(const Cages& cages) {
+  std::vector<Row> rows = {
+      {"grasp", "pulls kept", "ring kept", "wrenches kept", "way out", "outcome", "why"}};
+  for (const CageResult& cage : cages.grasps)
+    rows.push_back({std::to_string(cage.grasp + 1), fmt::format("{} of {}", cage.pulls_retained, cage.pulls),
+                    fmt::format("{} of {}", cage.ring_retained, cage.ring),
+                    fmt::format("{} of {}", cage.wrenches - cage.wrenches_lost, cage.wrenches),
+                    escaped(cage.search), badge(cage.outcome), escaped(cage.reason)});
+  return element("h3", "Cage test: fingers locked, no friction") +
+         element("p",
+                 "A way out that was not found is no proof of a cage. “Ring” is gravity across the closing "
+                 "axis, with that axis locked.") +
+         table(rows, "class=\"text\"") + controls(cages.controls);
 }
 
 std::string rejected_poses(const hands::GraspSet& grasps) {
@@ -165,6 +179,7 @@ PairResults load_pair(const PairInput& input) {
   pair.scores = loaded<topology::Scores>(input.scores);
   pair.grasps = loaded<hands::GraspSet>(input.grasps);
   if (!input.evaluations.empty()) pair.evaluations = read_evaluations(input.evaluations);
+  if (!input.cages.empty()) pair.cages = read_cages(input.cages);
   if (!input.trajectories.empty()) pair.approaches = read_approaches(input.trajectories);
   return pair;
 }
@@ -186,6 +201,7 @@ std::string pair_section(const PairResults& pair, const std::vector<Figure>& fig
   for (const Figure& figure : figures) pictures += figure_html(figure);
   if (!pictures.empty()) html += element("div", pictures, "class=\"figures\"");
   if (pair.evaluations) html += test_result(pair);
+  if (pair.cages) html += cage_table(*pair.cages);
   if (pair.grasps && !pair.grasps->grasps.empty()) html += grasp_table(pair);
   if (pair.grasps) html += rejected_poses(*pair.grasps);
   if (input.outcome != "skipped") html += missing(pair);

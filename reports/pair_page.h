@@ -20,6 +20,7 @@ struct PairResults {
   std::optional<topology::Scores> scores;
   std::optional<hands::GraspSet> grasps;
   std::optional<Evaluations> evaluations;
+  std::optional<Cages> cages;
   std::vector<Approach> approaches;
 
   Proportion held_rate() const;  ///< of all grasps, those included that were not simulated

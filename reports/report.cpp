@@ -71,7 +71,7 @@ std::string overview(const std::vector<PairResults>& pairs) {
       tested += static_cast<int>(test.grasps.size());
       row.push_back(fmt::format("{} of {}", test.held(), test.grasps.size()));
       row.push_back(interval_bar(rate) + percent(rate.low) + " – " + percent(rate.high));
-      row.push_back(test.controls.empty() ? "none"
+      row.push_back(test.controls.empty()                                    ? "none"
                     : std::ranges::all_of(test.controls, &ControlResult::ok) ? "as they must be"
                                                                              : "<b>failed: not valid</b>");
     } else {

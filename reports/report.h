@@ -25,7 +25,7 @@ struct PairInput {
   std::string source;        ///< where the object comes from: package and licence, or file
   bool truth_known = false;  ///< the object's file is its true surface; else it is a scan
   geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< of pictures, where the cloud knows no table
-  std::filesystem::path cloud, scores, grasps, trajectories, evaluations;
+  std::filesystem::path cloud, scores, grasps, trajectories, evaluations, cages;
 };
 
 /// A scene with its objects; `meshes` are those of its objects, in their order.

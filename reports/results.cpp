@@ -47,10 +47,41 @@ EvaluationResult evaluation_from(const json& entry) {
   return result;
 }
 
+std::vector<ControlResult> controls_from(const json& list) {
+  std::vector<ControlResult> controls;
+  for (const json& control : list)
+    controls.push_back({control.at("name"), control.at("rule"), control.at("grasps"), control.at("trials"),
+                        control.at("held"), control.at("passed"), control.at("ok")});
+  return controls;
+}
+
+int held_of(const json& pulls) {
+  return static_cast<int>(
+      std::ranges::count_if(pulls, [](const json& pull) { return pull.at("held").get<bool>(); }));
+}
+
 }  // namespace
 
 int Evaluations::held() const {
   return static_cast<int>(std::ranges::count(grasps, "held", &EvaluationResult::outcome));
+}
+
+Cages read_cages(const fs::path& folder) {
+  const json file = read_json(folder / "cages.json", "geocage-cages 1");
+  Cages all;
+  all.controls = controls_from(file.at("controls"));
+  for (const json& entry : file.at("evaluations")) {
+    CageResult& cage = all.grasps.emplace_back();
+    cage.grasp = entry.at("grasp");
+    cage.outcome = entry.at("outcome"), cage.reason = entry.at("reason");
+    cage.search = entry.at("escape_search").at("result");
+    cage.pulls = static_cast<int>(entry.at("directions").size()),
+    cage.pulls_retained = held_of(entry.at("directions"));
+    cage.ring = static_cast<int>(entry.at("ring").size()), cage.ring_retained = held_of(entry.at("ring"));
+    for (const json& wrench : entry.at("wrenches"))
+      cage.wrenches += wrench.at("trials").get<int>(), cage.wrenches_lost += wrench.at("lost").get<int>();
+  }
+  return all;
 }
 
 Evaluations read_evaluations(const fs::path& folder) {
@@ -59,9 +90,7 @@ Evaluations read_evaluations(const fs::path& folder) {
   all.protocol = file.at("protocol");
   all.object_geometry = file.at("object_geometry");
   all.counts = file.at("counts");
-  for (const json& control : file.at("controls"))
-    all.controls.push_back({control.at("name"), control.at("rule"), control.at("grasps"), control.at("trials"),
-                            control.at("held"), control.at("passed"), control.at("ok")});
+  all.controls = controls_from(file.at("controls"));
   for (const json& entry : file.at("evaluations")) {
     all.grasps.push_back(evaluation_from(entry));
     if (!all.engine.empty()) continue;

@@ -40,6 +40,18 @@ struct Evaluations {
 };
 Evaluations read_evaluations(const std::filesystem::path& folder);
 
+/// One grasp of "geocage-cages 1".
+struct CageResult {
+  int grasp = 0;
+  std::string outcome, reason, search;  ///< search: "found", "not found", "stuck"
+  int pulls = 0, pulls_retained = 0, ring = 0, ring_retained = 0, wrenches = 0, wrenches_lost = 0;
+};
+struct Cages {
+  std::vector<ControlResult> controls;
+  std::vector<CageResult> grasps;
+};
+Cages read_cages(const std::filesystem::path& folder);
+
 /// What "geocage-trajectory 1" says, but for the way itself.
 struct Approach {
   std::string outcome;
