@@ -13,7 +13,7 @@ struct Place {
   Vec3 fraction;
 };
 
-Place place_in(const Vec3& q, const std::array<int, 3>& cells) {
+inline Place place_in(const Vec3& q, const std::array<int, 3>& cells) {
   Place place;
   for (int i = 0; i < 3; ++i) {
     place.cell[i] = std::clamp(static_cast<int>(q[i]), 0, cells[i] - 1);
@@ -22,54 +22,80 @@ Place place_in(const Vec3& q, const std::array<int, 3>& cells) {
   return place;
 }
 
-/// Trilinear value and gradient (per cell) from the eight corners around `at`, x fastest.
-double interpolate(const float* at, std::ptrdiff_t dy, std::ptrdiff_t dz, const Vec3& f, Vec3& gradient) {
+/// The eight nodes around a point, x fastest from `at`, and where it lies between them.
+struct Corners {
+  const float* at;
+  std::ptrdiff_t dy, dz;
+  Vec3 fraction;
+  bool fine, in_grid;
+  Vec3 beyond_m;  ///< from the grid's box to the point, 0 inside
+};
+
+inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
+  const std::array<int, 3> cells = {field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1};
+  const Vec3 wanted = (p_O - field.origin) / field.cell_m;
+  const Vec3 inside = wanted.cwiseMax(0).cwiseMin(Vec3(cells[0], cells[1], cells[2]));
+  const bool in_grid = wanted == inside;
+  const Vec3 beyond_m = (wanted - inside) * field.cell_m;
+  const Place place = place_in(inside, cells);
+  const auto& [x, y, z] = place.cell;
+  const int b = field.block[x + std::ptrdiff_t(cells[0]) * (y + std::ptrdiff_t(cells[1]) * z)];
+  if (b < 0) {
+    const std::ptrdiff_t dy = field.nodes[0], dz = dy * field.nodes[1];
+    return {field.coarse.data() + x + dy * y + dz * z, dy, dz, place.fraction, false, in_grid, beyond_m};
+  }
+  const int refine = field.refine;
+  const std::ptrdiff_t n = refine + 1, n2 = n * n;
+  const Place fine = place_in(place.fraction * refine, {refine, refine, refine});
+  const auto& c = fine.cell;
+  return {field.fine.data() + b * n2 * n + c[0] + n * c[1] + n2 * c[2],
+          n,
+          n2,
+          fine.fraction,
+          true,
+          in_grid,
+          beyond_m};
+}
+
+/// Trilinear value; with a gradient (per cell) where one is asked for. The value is the same to the bit.
+template <bool with_gradient>
+inline double interpolate(const Corners& corners, Vec3* gradient) {
+  const float* at = corners.at;
+  const std::ptrdiff_t dy = corners.dy, dz = corners.dz;
+  const Vec3& f = corners.fraction;
   const double c000 = at[0], c100 = at[1], c010 = at[dy], c110 = at[dy + 1];
   const double c001 = at[dz], c101 = at[dz + 1], c011 = at[dz + dy], c111 = at[dz + dy + 1];
   const double x00 = c000 + f.x() * (c100 - c000), x10 = c010 + f.x() * (c110 - c010);
   const double x01 = c001 + f.x() * (c101 - c001), x11 = c011 + f.x() * (c111 - c011);
   const double xy0 = x00 + f.y() * (x10 - x00), xy1 = x01 + f.y() * (x11 - x01);
-  const double gx0 = (c100 - c000) + f.y() * ((c110 - c010) - (c100 - c000));
-  const double gx1 = (c101 - c001) + f.y() * ((c111 - c011) - (c101 - c001));
-  gradient = {gx0 + f.z() * (gx1 - gx0), (x10 - x00) + f.z() * ((x11 - x01) - (x10 - x00)), xy1 - xy0};
+  if constexpr (with_gradient) {
+    const double gx0 = (c100 - c000) + f.y() * ((c110 - c010) - (c100 - c000));
+    const double gx1 = (c101 - c001) + f.y() * ((c111 - c011) - (c101 - c001));
+    *gradient = {gx0 + f.z() * (gx1 - gx0), (x10 - x00) + f.z() * ((x11 - x01) - (x10 - x00)), xy1 - xy0};
+  }
   return xy0 + f.z() * (xy1 - xy0);
 }
 
 }  // namespace
 
 double SignedDistanceField::value(const Vec3& p_O) const {
-  Vec3 unused;
-  return value(p_O, unused);
+  const Corners corners = corners_around(*this, p_O);
+  const double distance = interpolate<false>(corners, nullptr);
+  return corners.in_grid ? distance : distance + corners.beyond_m.norm();
 }
 
 double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {
-  const std::array<int, 3> cells = {nodes[0] - 1, nodes[1] - 1, nodes[2] - 1};
-  const Vec3 wanted = (p_O - origin) / cell_m;
-  const Vec3 inside = wanted.cwiseMax(0).cwiseMin(Vec3(cells[0], cells[1], cells[2]));
-  const Place place = place_in(inside, cells);
-  const auto cell =
-      place.cell[0] + std::ptrdiff_t(cells[0]) * (place.cell[1] + std::ptrdiff_t(cells[1]) * place.cell[2]);
-
-  double distance;
-  if (const int b = block[cell]; b >= 0) {
-    const int n = refine + 1;
-    const Place fine_place = place_in(place.fraction * refine, {refine, refine, refine});
-    const auto& c = fine_place.cell;
-    const float* at =
-        fine.data() + std::ptrdiff_t(b) * n * n * n + c[0] + n * (c[1] + std::ptrdiff_t(n) * c[2]);
-    distance = interpolate(at, n, std::ptrdiff_t(n) * n, fine_place.fraction, gradient);
+  const Corners corners = corners_around(*this, p_O);
+  const double distance = interpolate<true>(corners, &gradient);
+  if (corners.fine)
     gradient *= refine / cell_m;
-  } else {
-    const std::ptrdiff_t dy = nodes[0], dz = dy * nodes[1];
-    const float* at = coarse.data() + place.cell[0] + dy * place.cell[1] + dz * place.cell[2];
-    distance = interpolate(at, dy, dz, place.fraction, gradient);
+  else
     gradient /= cell_m;
-  }
-  const Vec3 beyond = (wanted - inside) * cell_m;
-  const double away = beyond.norm();
-  if (away == 0) return distance;
+  if (corners.in_grid) return distance;
+  const double away = corners.beyond_m.norm();
+  if (away == 0) return distance;  // less than a double can square
   for (int i = 0; i < 3; ++i)
-    if (beyond[i] != 0) gradient[i] = beyond[i] / away;
+    if (corners.beyond_m[i] != 0) gradient[i] = corners.beyond_m[i] / away;
   return distance + away;
 }
 
