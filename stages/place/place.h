@@ -22,6 +22,7 @@ struct PlaceParams {
   int rolls_winding = 2, rolls_curvature = 4;
   std::vector<double> spreads_rad = {0, 0.5};
   bool spread_by_shape = false;
+  bool straddle = true;
   double opening_step_rad = 0.1;
   double open_clearance_m = 0.002;
   int local_samples = 0;
@@ -61,6 +62,6 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
                       const geometry::SignedDistanceField& field, const geometry::PointCloud& support_cloud,
                       const geometry::Occupancy& occupancy, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage place_stage{"place", 2, &place};
+inline constexpr pipeline::Stage place_stage{"place", 3, &place};
 
 }  // namespace geocage::stages

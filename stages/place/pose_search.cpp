@@ -8,6 +8,7 @@
 #include "hands/closing.h"
 #include "hands/force_closure.h"
 #include "hands/measures.h"
+#include "stages/place/straddle.h"
 #include "topology/flux.h"
 #include "topology/loops.h"
 
@@ -136,8 +137,8 @@ std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, const
   const auto open = [&](double angle) {
     const Eigen::VectorXd before = q;
     for (const hands::Finger& finger : hand_.fingers) {
-      const int d = finger.dofs.front();
-      q[d] = std::clamp(q[d] - angle * hand_.closing_rad[d], tree.lower_rad[d], tree.upper_rad[d]);
+      const int d = finger.dofs.front();  // fingers may share it
+      q[d] = std::clamp(before[d] - angle * hand_.closing_rad[d], tree.lower_rad[d], tree.upper_rad[d]);
     }
     return q != before;
   };
@@ -244,6 +245,14 @@ std::string PoseSearch::try_choice(const PoseChoice& choice, const std::optional
   if (!contact) return "palm meets nothing";
   Pose X_OH = *contact;
   X_OH.translation() -= choice.gap_m * choice.approach_O;
+  if (!params_.straddle || !is_gripper(hand_)) return try_pose(X_OH, choice, grasp);
+  PoseChoice moved = choice;  // palm and jaws meet other parts of the object there
+  moved.p_O += centring_m(hand_, field_, X_OH, hand_.open_rad);
+  const auto moved_contact = first_contact(moved);
+  if (!moved_contact) return "palm meets nothing";
+  X_OH = *moved_contact;
+  X_OH.translation() -= choice.gap_m * choice.approach_O;
+  X_OH.translation() += centring_m(hand_, field_, X_OH, hand_.open_rad);
   return try_pose(X_OH, choice, grasp);
 }
 
