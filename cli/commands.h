@@ -18,6 +18,9 @@ struct Shared {
 struct RunOptions {
   FlowRequest flow;
   pipeline::Wish wish;
+  bool dry_run = false, retry_failed = false;
+  double stage_seconds = 3600;  ///< a slot that takes longer fails
+  double stage_memory_gib = 4;  ///< a slot that takes more fails
 };
 int run(const Shared& shared, const RunOptions& options);
 int status(const Shared& shared, const FlowRequest& flow);
@@ -27,6 +30,15 @@ int show(const Shared& shared, const FlowRequest& flow, const std::string& slot)
 int metrics(const Shared& shared, const std::string& pattern);
 int graph(const Shared& shared, const FlowRequest& flow);
 int report(const Shared& shared, const FlowRequest& flow);
+/// The ledger: what failed, why, and what to type to see it again.
+int failures(const Shared& shared);
+/// A select statement over results.sqlite of a run.
+struct QueryOptions {
+  std::string statement;
+  std::filesystem::path database;  ///< empty: results.sqlite in the folder of the report
+  bool csv = false;
+};
+int query(const Shared& shared, const QueryOptions& options);
 int verify(const Shared& shared);
 int collect_garbage(const Shared& shared, bool dry_run);
 

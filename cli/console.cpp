@@ -22,13 +22,26 @@ void Console::line(const std::string& text) {
   bar();
 }
 
+void Console::planned(std::size_t pairs, std::size_t slots, int jobs) {
+  line(fmt::format("{} pairs of object and hand, {} slots, {} at a time", pairs, slots, jobs));
+}
+
+/// Slots a minute, and how long the rest takes at that pace; what is there already says nothing about it.
+std::string Console::pace() const {
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begun_;
+  if (made_ < 3 || passed.count() < 2) return "";
+  const double per_second = static_cast<double>(made_) / passed.count();
+  const auto left_s = static_cast<long>(static_cast<double>(total_ - ended_) / per_second);
+  return fmt::format(" {:.1f}/min, {}:{:02} left", 60 * per_second, left_s / 60, left_s % 60);
+}
+
 void Console::bar() {
   if (quiet_ || !terminal_ || total_ == 0) return;
   const std::size_t width = 24, full = width * ended_ / total_;
   std::string names;
   for (const auto& [slot, how_far] : running_) names += " " + slot + how_far;
-  fmt::print(stderr, "{}[{:=<{}}{: <{}}] {}/{}{:.80}", clear_line, "", full, "", width - full, ended_, total_,
-             names);
+  fmt::print(stderr, "{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_,
+             total_, pace(), names);
   std::fflush(stderr);
 }
 
@@ -55,8 +68,11 @@ void Console::ended(const pipeline::SlotResult& result, std::size_t ended, std::
   running_.erase(result.slot);
   const std::string count = fmt::format("[{:>{}}/{}]", ended, std::to_string(total).size(), total);
   const auto state = pipeline::word(result.state);
-  if (result.state == SlotState::made)
-    line(fmt::format("{} {} {} {:.2f} s", count, result.slot, state, result.seconds));
+  if (result.state == SlotState::made) {
+    ++made_;
+    line(fmt::format("{} {} {} {:.2f} s{}", count, result.slot, state, result.seconds,
+                     terminal_ ? "" : pace()));
+  }
   if (result.state == SlotState::failed || result.state == SlotState::skipped)
     line(fmt::format("{} {} {}: {}", count, result.slot, state, result.sentence));
   if (result.state == SlotState::hit) bar();

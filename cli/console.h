@@ -13,6 +13,8 @@ class Console : public pipeline::Watcher {
  public:
   explicit Console(bool quiet);
   ~Console() override;
+  /// What is about to begin.
+  void planned(std::size_t pairs, std::size_t slots, int jobs);
   void started(const std::string& slot, std::size_t ended, std::size_t total) override;
   void progress(const std::string& slot, std::size_t done, std::size_t total) override;
   void log(const std::string& slot, std::string_view sentence) override;
@@ -21,8 +23,10 @@ class Console : public pipeline::Watcher {
  private:
   void line(const std::string& text);
   void bar();
+  std::string pace() const;
   bool quiet_, terminal_;
-  std::size_t ended_ = 0, total_ = 0;
+  std::size_t ended_ = 0, total_ = 0, made_ = 0;
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   std::map<std::string, std::string> running_;  ///< slot and how far it is
 };
 

@@ -115,6 +115,7 @@ std::vector<FlowObject> flow_objects(const FlowRequest& request, const Script& s
 struct Variant {
   std::string name;
   std::vector<Setting> settings;
+  std::vector<std::pair<std::string, std::string>> levels;
 };
 
 std::vector<Setting> levels_of(const Setting& list) {
@@ -138,7 +139,7 @@ std::vector<Setting> levels_of(const Setting& list) {
   return levels;
 }
 
-std::string level_name(const Setting& level) {
+std::string level_value(const Setting& level) {
   struct Shown {
     std::string operator()(bool x) const { return x ? "true" : "false"; }
     std::string operator()(std::int64_t x) const { return std::to_string(x); }
@@ -147,7 +148,11 @@ std::string level_name(const Setting& level) {
     std::string operator()(const std::vector<double>&) const { return "list"; }
     std::string operator()(const std::vector<std::string>&) const { return "list"; }
   };
-  std::string name = level.stage + "." + level.field + "=" + std::visit(Shown{}, level.value);
+  return std::visit(Shown{}, level.value);
+}
+
+std::string level_name(const Setting& level) {
+  std::string name = level.stage + "." + level.field + "=" + level_value(level);
   std::replace(name.begin(), name.end(), '/', '_');
   return name;
 }
@@ -161,6 +166,7 @@ std::vector<Variant> variants_of(const std::vector<Setting>& sweep) {
         product.push_back(variant);
         product.back().name += (variant.name.empty() ? "@" : ",") + level_name(level);
         product.back().settings.push_back(level);
+        product.back().levels.emplace_back(level.stage + "." + level.field, level_value(level));
       }
     variants = std::move(product);
   }
@@ -188,6 +194,7 @@ class Planner {
 
   void add(const FlowObject& object, const Variant& variant, const ParametersOf& parameters_of) {
     name_ = object.name + variant.name;
+    levels_ = variant.levels;
     shared_.clear();
     std::string failed = object.failed;
     if (object.skipped.empty() && failed.empty()) failed = error_of(object.path);
@@ -265,6 +272,8 @@ class Planner {
   FlowPair new_pair(const FlowObject& object, const hands::Hand& hand) const {
     FlowPair pair;
     pair.object = name_;
+    pair.base = object.name;
+    pair.levels = levels_;
     pair.hand = hand.name;
     pair.source = object.source;
     pair.up_O = object.up_O;
@@ -320,13 +329,17 @@ class Planner {
           slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
+      auto cage_params = p.cage;
+      cage_params.object_geometry = evaluate_params.object_geometry;
+      slot(of_hand("cage"), stages::cage_stage, cage_params, grasps, tested, tested_field, hands_[i]);
 
       FlowPair pair = new_pair(object, hand);
       pair.slots = shared_;
       for (auto [stage, at] : {std::pair{"score", &pair.score_slot},
                                {"place", &pair.place_slot},
                                {"approach", &pair.approach_slot},
-                               {"evaluate", &pair.evaluate_slot}})
+                               {"evaluate", &pair.evaluate_slot},
+                               {"cage", &pair.cage_slot}})
         *at = name_ + "/" + of_hand(stage);
       flow_.pairs.push_back(pair);
     }
@@ -343,6 +356,7 @@ class Planner {
   Flow& flow_;
   std::vector<Target<hands::Hand>> hands_;
   std::string name_;
+  std::vector<std::pair<std::string, std::string>> levels_;
   std::vector<std::string> shared_;  ///< slots of the object, and of the pair under way
 };
 
@@ -356,6 +370,7 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
   flow.text = script.text;
   for (const auto& name : script.hands) flow.hands.push_back(hands::load_hand(name));
   const auto variants = variants_of(script.sweep);
+  for (const auto& list : script.sweep) flow.swept.push_back(list.field);
 
   StageParameters scratch;  // checks every setting even when there is no object
   apply_all(script.stage_settings, scratch, mistakes);

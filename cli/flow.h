@@ -24,12 +24,15 @@ struct FlowPair {
   geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< for pictures
   bool truth_known = false;                       ///< evaluated on the true mesh, not on the reconstruction
   std::string skipped, failed;                    ///< why there are no slots
+  std::string base;                               ///< the object without its variant
+  std::vector<std::pair<std::string, std::string>> levels;  ///< of the sweep: "scan.sigma_m", "0.001"
   std::vector<std::string> slots;
-  std::string score_slot, place_slot, approach_slot, evaluate_slot;
+  std::string score_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
 };
 
 struct Flow {
-  std::string name, text;  ///< of the flow file
+  std::string name, text;          ///< of the flow file
+  std::vector<std::string> swept;  ///< "stage.field" of the sweep's lists
   std::vector<hands::Hand> hands;
   std::vector<FlowPair> pairs;
   /// Parameters of every slot, as text.

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <set>
+#include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +12,9 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/muted_stdout.h"
+#include "cli/results_table.h"
 #include "cli/run_report.h"
+#include "pipeline/ledger.h"
 
 namespace geocage::cli {
 
@@ -29,6 +33,7 @@ json to_json(const RunSummary& summary) {
                      {"state", pipeline::word(slot.state)},
                      {"seconds", slot.seconds},
                      {"folder", slot.folder.string()},
+                     {"code", slot.code},
                      {"sentence", slot.sentence}});
   const reports::Counts& c = summary.counts;
   return {{"schema", "geocage-run 1"},
@@ -39,6 +44,7 @@ json to_json(const RunSummary& summary) {
             {"rejected", c.rejected},
             {"skipped", c.skipped}}},
           {"slots", slots},
+          {"results", summary.results.empty() ? json() : json(summary.results.string())},
           {"report", summary.report.empty() ? json() : json(summary.report.string())}};
 }
 
@@ -53,11 +59,39 @@ void print(const RunSummary& summary) {
   fmt::print("{} of {} slots made, the others were there\n", made, summary.slots.size());
   fmt::print("in {} = done {} + failed {} + rejected {} + skipped {}\n", c.in, c.done, c.failed, c.rejected,
              c.skipped);
+  const auto known = std::ranges::count_if(summary.slots, [](const SlotResult& slot) { return slot.known; });
+  if (known > 0)
+    fmt::print(
+        "{} slots failed before and were not tried again (--retry failed does); see geocage failures\n",
+        known);
   if (!summary.report.empty()) fmt::print("report: {}\n", summary.report.string());
+  if (!summary.results.empty()) fmt::print("results: {}\n", summary.results.string());
 }
 
 int exit_code(const reports::Counts& counts) {
   return counts.done == counts.in ? 0 : 1;
+}
+
+std::string quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_of(" '\"$*?[]\\|&;()<>`\n") == std::string::npos) return word;
+  std::string text = "'";
+  for (char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// The command that plans the same flow, for the ledger.
+std::string command_of(const Shared& shared, const FlowRequest& request) {
+  std::string command = "geocage run";
+  if (request.file) command += " " + quoted(request.file->string());
+  const auto option = [&](const char* name, const std::string& value) {
+    if (!value.empty()) command += std::string(" ") + name + " " + quoted(value);
+  };
+  option("--dataset", request.dataset);
+  option("--object", request.object);
+  option("--hand", request.hand);
+  for (const auto& set : request.sets) option("--set", set);
+  option("--store", shared.store.string());
+  return command;
 }
 
 /// A store and the flow's slots over it.
@@ -65,28 +99,123 @@ struct Opened {
   Store store;
   Pipeline pipeline;
   Flow flow;
-  Opened(const Shared& shared, const FlowRequest& request)
-      : store(shared.store), pipeline(store), flow(plan_flow(request, pipeline)) {}
+  Opened(const Shared& shared, const RunOptions& options)
+      : store(shared.store), pipeline(store), flow(plan(shared, options)) {}
+  Opened(const Shared& shared, const FlowRequest& request) : Opened(shared, RunOptions{.flow = request}) {}
+
+ private:
+  Flow plan(const Shared& shared, const RunOptions& options) {
+    pipeline.guard({.limits = {.seconds = options.stage_seconds,
+                               .memory_gib = options.stage_memory_gib,
+                               .threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency())),
+                               .subject = "the stage",
+                               .hint = "--stage-seconds and --stage-memory-gib set the limits"},
+                    .retry_failed = options.retry_failed,
+                    .command = command_of(shared, options.flow)});
+    return plan_flow(options.flow, pipeline);
+  }
 };
+
+int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
+  const auto lines = opened.pipeline.forecast(wish);
+  std::map<std::string, int> counts;
+  json list = json::array();
+  for (const auto& line : lines) {
+    ++counts[line.state];
+    if (shared.json)
+      list.push_back({{"slot", line.slot}, {"state", line.state}, {"reason", line.reason}});
+    else if (line.state != "hit")
+      fmt::print("{:<6} {}: {}\n", line.state, line.slot, line.reason);
+  }
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-forecast 1"}, {"slots", list}}.dump(2));
+  else
+    fmt::print("{} slots: {} to make, {} after them, {} there, {} failed before\n", lines.size(),
+               counts["make"], counts["after"], counts["hit"], counts["failed"]);
+  return 0;
+}
 
 }  // namespace
 
 int run(const Shared& shared, const RunOptions& options) {
-  Opened opened(shared, options.flow);
+  Opened opened(shared, options);
+  if (options.dry_run) return dry_run(shared, opened, options.wish);
   opened.store.sweep_scratch();
   RunSummary summary;
   {
     const MutedStdout muted;
     Console console(shared.quiet);
+    console.planned(opened.flow.pairs.size(), opened.pipeline.slots().size(), options.wish.jobs);
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
-  if (options.wish.only.empty() && options.wish.until.empty())
+  if (options.wish.only.empty() && options.wish.until.empty()) {
     summary.report = write_run_report(opened.flow, summary, shared.out);
+    summary.results = write_results(opened.flow, summary, shared.out);
+  }
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else
     print(summary);
   return exit_code(summary.counts);
+}
+
+int query(const Shared& shared, const QueryOptions& options) {
+  const Table table = select_from(options.database.empty() ? shared.out / "results.sqlite" : options.database,
+                                  options.statement);
+  if (options.csv) {
+    fmt::print("{}", csv_text(table));
+    return 0;
+  }
+  if (shared.json) {
+    json rows = json::array();
+    for (const auto& row : table.rows) {
+      json& cells = rows.emplace_back(json::array());
+      for (const auto& cell : row)
+        if (const auto* number = std::get_if<double>(&cell))
+          cells.push_back(*number);
+        else if (const auto* text = std::get_if<std::string>(&cell))
+          cells.push_back(*text);
+        else
+          cells.push_back(nullptr);
+    }
+    fmt::print("{}\n",
+               json{{"schema", "geocage-query 1"}, {"columns", table.columns}, {"rows", rows}}.dump(2));
+    return 0;
+  }
+  std::vector<std::size_t> widths;
+  for (std::size_t i = 0; i < table.columns.size(); ++i) {
+    std::size_t width = table.columns[i].size();
+    for (const auto& row : table.rows) width = std::max(width, cell_text(row[i]).size());
+    widths.push_back(width);
+  }
+  const auto line = [&](const auto& text_of) {
+    std::string text;
+    for (std::size_t i = 0; i < widths.size(); ++i) text += fmt::format("{:<{}}  ", text_of(i), widths[i]);
+    fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
+  };
+  line([&](std::size_t i) { return table.columns[i]; });
+  for (const auto& row : table.rows) line([&](std::size_t i) { return cell_text(row[i]); });
+  return 0;
+}
+
+int failures(const Shared& shared) {
+  const Store store(shared.store);
+  json list = json::array();
+  for (const auto& failure : pipeline::Ledger(store).all()) {
+    if (shared.json)
+      list.push_back({{"slot", failure.slot},
+                      {"stage", failure.stage},
+                      {"code", failure.code},
+                      {"sentence", failure.sentence},
+                      {"recipe", failure.key},
+                      {"inputs", failure.inputs},
+                      {"command", failure.command}});
+    else
+      fmt::print("{} [{}] {}\n  inputs {}\n  {}\n", failure.slot, failure.code, failure.sentence,
+                 failure.inputs, failure.command);
+  }
+  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-failures 1"}, {"failures", list}}.dump(2));
+  return 0;
 }
 
 int status(const Shared& shared, const FlowRequest& request) {

@@ -92,6 +92,22 @@ class Program {
     sub->add_option("--until", run_.wish.until, "these slots and what they need")->expected(1)->take_all();
     sub->add_option("--force", run_.wish.force, "make these slots anew")->expected(1)->take_all();
     sub->add_option("--jobs", run_.wish.jobs, "slots made at the same time")->check(CLI::Range(1, 1024));
+    sub->add_flag("--dry-run", run_.dry_run, "say what would be made and why; make nothing");
+    sub->add_option(
+           "--retry",
+           [this](const std::vector<std::string>& words) {
+             run_.retry_failed = words.front() == "failed";
+             return run_.retry_failed;
+           },
+           "`failed`: try again what failed before")
+        ->type_name("failed");
+    sub->add_option("--memory-gib", run_.wish.memory_gib,
+                    "for all slots made at once (default: 4/5 of the machine's)")
+        ->check(CLI::PositiveNumber);
+    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
+        ->check(CLI::PositiveNumber);
+    sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
+        ->check(CLI::PositiveNumber);
     flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",
                  [this] { return status(shared_, run_.flow); });
     flow_command(
@@ -107,6 +123,15 @@ class Program {
             [this] { return metrics(shared_, slot_); })
         ->add_option("PATTERN", slot_, "a glob of slots, such as '*/remesh'")
         ->required();
+    command("failures", "the ledger: what failed, why, and how to see it again",
+            [this] { return failures(shared_); });
+    CLI::App* sub = command("query", "a select statement over the results of a run",
+                            [this] { return query(shared_, query_); });
+    sub->add_option("SQL", query_.statement, "such as \"select * from rates\"; tables: grasps, rates, paired")
+        ->required();
+    sub->add_option("--database", query_.database, "results.sqlite (default: in the folder of the report)");
+    sub->add_option("--out", shared_.out, "folder of the report");
+    sub->add_flag("--csv", query_.csv, "comma-separated values");
     command("verify", "check every artefact against its digest", [this] { return verify(shared_); });
     command("gc", "remove what no slot needs", [this] {
       return collect_garbage(shared_, dry_run_);
@@ -156,7 +181,8 @@ class Program {
     sub->add_option("--mesh", evaluate_.mesh)->required();
     sub->add_option("--hand", evaluate_.hand)->required();
     sub->add_option("--grasp", evaluate_.grasp, "a geocage-grasp file")->required();
-    sub->add_option("--protocol", evaluate_.protocol, "preset (default: geocage-force)");
+    sub->add_option("--protocol", evaluate_.protocol,
+                    "preset, several with commas, or all (default: geocage-force)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
   }
 
@@ -166,6 +192,7 @@ class Program {
   ScoreOptions score_;
   WritheOptions writhe_;
   EvaluateOptions evaluate_;
+  QueryOptions query_;
   std::string slot_, name_;
   std::filesystem::path pictures_;
   bool dry_run_ = false;

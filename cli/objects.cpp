@@ -42,7 +42,8 @@ FlowObject object_of_file(const fs::path& file) {
 FlowObject object_of_entry(const datasets::Entry& entry) {
   FlowObject object;
   object.name = entry.name;
-  object.source = fmt::format("{} of Debian's {}, {}", fs::path(entry.path).filename().string(),
+  object.source = fmt::format("{} of Debian's {}, {}",
+                              fs::path(entry.member.empty() ? entry.path : entry.member).filename().string(),
                               entry.package, entry.licence);
   object.cloud = entry.kind == "cloud";
   object.up_O = geometry::Vec3::Unit(entry.up == "x" ? 0 : entry.up == "y" ? 1 : 2);

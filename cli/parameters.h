@@ -6,6 +6,7 @@
 #include "stages/accuracy/accuracy.h"
 #include "stages/approach/approach.h"
 #include "stages/balls/balls.h"
+#include "stages/cage/cage.h"
 #include "stages/clearance/clearance.h"
 #include "stages/cloud/cloud.h"
 #include "stages/evaluate/evaluate.h"
@@ -36,6 +37,7 @@ struct StageParameters {
   stages::PlaceParams place;
   stages::ApproachParams approach;
   stages::EvaluateParams evaluate;
+  stages::CageParams cage;
 };
 
 /// The one list of stages, in the order of the dataflow: visit(name, version, what it does, its parameters).
@@ -59,7 +61,8 @@ void for_each_stage(StageParameters& p, Visit visit) {
         p.score);
   visit("place", stages::place_stage.version, "places the hand at the best scores and closes it", p.place);
   visit("approach", stages::approach_stage.version, "plans the way to each grasp", p.approach);
-  visit("evaluate", stages::evaluate_stage.version, "tests each grasp in Bullet", p.evaluate);
+  visit("evaluate", stages::evaluate_stage.version, "pushes the object in the closing hand", p.evaluate);
+  visit("cage", stages::cage_stage.version, "looks for ways out of the locked hand, without friction", p.cage);
 }
 
 std::vector<std::string> stage_names();

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "pipeline/digest.h"
@@ -61,6 +62,25 @@ std::string now_utc() {
   return text;
 }
 
+/// Scenes in the order of their slots, with the surfaces of the objects that they gave.
+std::vector<reports::SceneInput> scenes_of(const RunSummary& summary, const Slots& slots) {
+  constexpr std::string_view ending = "/scene";
+  std::vector<reports::SceneInput> scenes;
+  for (const auto& slot : summary.slots) {
+    if (!slot.slot.ends_with(ending) || slot.folder.empty()) continue;
+    reports::SceneInput& scene = scenes.emplace_back();
+    scene.name = slot.slot.substr(0, slot.slot.size() - ending.size());
+    scene.scene = slot.folder;
+    std::ifstream file(slot.folder / "scene.json");
+    const auto json = nlohmann::json::parse(file);
+    for (const auto& object : json.at("objects")) {
+      const auto name = object.at("name").get<std::string>();
+      scene.meshes.push_back(folder_of(slots, scene.name + (name.empty() ? "" : ".") + name + "/remesh"));
+    }
+  }
+  return scenes;
+}
+
 reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
   Slots slots;
   for (const auto& slot : summary.slots) slots[slot.slot] = &slot;
@@ -87,6 +107,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
     shown.trajectories = folder_of(slots, pair.approach_slot);
     shown.evaluations = folder_of(slots, pair.evaluate_slot);
   }
+  input.scenes = scenes_of(summary, slots);
   for (const auto& slot : summary.slots)
     input.slots.push_back({slot.slot, slot.stage, std::string(pipeline::word(slot.state)), slot.seconds,
                            slot.made_seconds, slot.folder, slot.sentence, slot.metrics});
@@ -100,7 +121,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
 /// report.
 std::string stamp_of(const reports::ReportInput& input) {
   std::ostringstream text;
-  text << "geocage-report 1 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
+  text << "geocage-report 2 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
   for (const auto& pair : input.pairs)
     text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.sentence << "\n";
   for (const auto& slot : input.slots)

@@ -21,8 +21,9 @@ struct PairResult {
 struct RunSummary {
   std::vector<pipeline::SlotResult> slots;
   std::vector<PairResult> pairs;
-  reports::Counts counts;        ///< of pairs, of all variants
-  std::filesystem::path report;  ///< index.html; empty when none was written
+  reports::Counts counts;         ///< of pairs, of all variants
+  std::filesystem::path report;   ///< index.html; empty when none was written
+  std::filesystem::path results;  ///< results.csv; empty when none was written
 };
 
 RunSummary summarise(const Flow& flow, std::vector<pipeline::SlotResult> slots);

@@ -1,8 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
@@ -125,10 +128,51 @@ int writhe(const Shared& shared, const WritheOptions& options) {
   return 0;
 }
 
+namespace {
+
+const std::string cage_protocol = "geocage-cage";
+
+/// One protocol, or several in a row; UserError for an unknown one.
+std::vector<std::string> protocols_of(const std::string& text) {
+  auto known = physics::protocol_names();
+  known.push_back(cage_protocol);
+  if (text == "all") return known;
+  std::vector<std::string> names;
+  std::istringstream parts(text);
+  for (std::string name; std::getline(parts, name, ',');) {
+    if (std::ranges::count(known, name) == 0)
+      throw UserError(Fault::configuration, "--protocol", "there is no protocol '" + name + "'",
+                      fmt::format("known: {}", fmt::join(known, ", ")));
+    names.push_back(name);
+  }
+  return names;
+}
+
+/// The entries "geocage-evaluation 1" of every grasp under one protocol.
+json evaluated(const std::string& protocol, const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
+               const geometry::SignedDistanceField& field, const hands::Hand& hand) {
+  pipeline::Run run;
+  json list = json::array();
+  const auto keep = [&](const auto& all) {
+    for (const auto& evaluation : all.list) list.push_back(stages::to_json(all, evaluation));
+  };
+  if (protocol == cage_protocol) {
+    stages::CageParams params;
+    params.object_geometry = "given";
+    keep(stages::cage(params, run, grasps, mesh, field, hand));
+  } else {
+    stages::EvaluateParams params;
+    params.protocol = protocol;
+    params.object_geometry = "given";
+    keep(stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand));
+  }
+  return list;
+}
+
+}  // namespace
+
 int evaluate(const Shared& shared, const EvaluateOptions& options) {
-  stages::EvaluateParams params;
-  params.protocol = options.protocol;
-  params.object_geometry = "given";
+  const auto protocols = protocols_of(options.protocol);
   const auto hand = hands::load_hand(options.hand);
   const auto grasps = hands::read_grasps(options.grasp);
   if (hand.net)
@@ -139,15 +183,17 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   const auto mesh = closed_mesh(options.mesh, options.unit);
   pipeline::Run run;
   const auto field = stages::field(stages::FieldParams{}, run, mesh);
-  const auto evaluations = stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand);
 
   int bad = 0;
   json list = json::array();
-  for (const auto& evaluation : evaluations.list) {
-    list.push_back(stages::to_json(evaluations, evaluation));
-    const std::string outcome = list.back()["outcome"];
+  for (const auto& protocol : protocols)
+    for (json& entry : evaluated(protocol, grasps, mesh, field, hand)) list.push_back(std::move(entry));
+  for (const json& entry : list) {
+    const std::string outcome = entry["outcome"], protocol = entry["protocol"], reason = entry["reason"];
     bad += outcome == "rejected" || outcome == "error";
-    if (!shared.json) fmt::print("{}: {}\n", outcome, list.back()["reason"].get<std::string>());
+    if (!shared.json && protocols.size() == 1) fmt::print("{}: {}\n", outcome, reason);
+    if (!shared.json && protocols.size() > 1)
+      fmt::print("{:<14} grasp {:<3} {:<10} {}\n", protocol, entry["grasp"].get<int>(), outcome, reason);
   }
   if (shared.json && list.size() == 1) fmt::print("{}\n", list.front().dump(2));
   if (shared.json && list.size() != 1)

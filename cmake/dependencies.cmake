@@ -1,5 +1,6 @@
 find_package(OpenMP REQUIRED COMPONENTS CXX)
 find_package(OpenSSL REQUIRED)
+find_package(SQLite3 REQUIRED)
 find_package(PNG REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(CGAL 5.5 REQUIRED)
@@ -42,3 +43,10 @@ find_library(QHULL_LIBRARY qhull_r REQUIRED)
 add_library(qhull INTERFACE)
 target_include_directories(qhull SYSTEM INTERFACE ${QHULL_INCLUDE})
 target_link_libraries(qhull INTERFACE ${QHULL_LIBRARY})
+
+# OMPL by hand: its config file brings Boost's and Eigen's older names.
+find_path(OMPL_INCLUDE ompl/base/SpaceInformation.h PATH_SUFFIXES ompl-1.5 REQUIRED)
+find_library(OMPL_LIBRARY ompl REQUIRED)
+add_library(ompl INTERFACE)
+target_include_directories(ompl SYSTEM INTERFACE ${OMPL_INCLUDE})
+target_link_libraries(ompl INTERFACE ${OMPL_LIBRARY} Eigen3::Eigen)

@@ -1,13 +1,14 @@
 # Rooms and the arrows between them (docs/architecture.md, section 1). A forbidden arrow stops the configure step.
 set_property(GLOBAL PROPERTY GLOBAL_DEPENDS_NO_CYCLES ON)
 
-set(GEOCAGE_LIBRARIES pipeline_api geometry topology hands motion)
+set(GEOCAGE_LIBRARIES pipeline_api geometry topology hands motion physics)
 set(geocage_arrows_pipeline_api "")
 set(geocage_arrows_pipeline pipeline_api)
 set(geocage_arrows_geometry pipeline_api)
 set(geocage_arrows_topology pipeline_api geometry)
 set(geocage_arrows_hands pipeline_api geometry topology)
 set(geocage_arrows_motion pipeline_api geometry topology hands)
+set(geocage_arrows_physics pipeline_api geometry hands)
 set(geocage_arrows_datasets pipeline_api geometry)
 set(geocage_arrows_reports pipeline_api geometry topology hands)
 

@@ -36,6 +36,10 @@ void check_entry(const Entry& entry, const std::string& where, std::vector<std::
       entry.package.starts_with('-'))
     wrong("package: '" + entry.package + "' is not a name of a Debian package");
   const fs::path path = entry.path;
+  const fs::path member = entry.member;
+  if (member.is_absolute() || entry.member.starts_with('-') ||
+      std::count(member.begin(), member.end(), "..") > 0)
+    wrong("member: '" + entry.member + "' leaves the archive");
   if (path.is_absolute() || std::count(path.begin(), path.end(), "..") > 0)
     wrong("path: '" + entry.path + "' leaves the package");
 }
@@ -61,7 +65,7 @@ class TemporaryFolder {
 };
 
 fs::path place_of(const Entry& entry, const fs::path& folder) {
-  return folder / entry.sha256 / fs::path(entry.path).filename();
+  return folder / entry.sha256 / fs::path(entry.member.empty() ? entry.path : entry.member).filename();
 }
 
 Availability unavailable(const Entry& entry, const fs::path& place, const std::string& why) {
@@ -94,7 +98,14 @@ Availability fetch(const Entry& entry, const fs::path& folder, const FetchLimits
   const TemporaryFolder work(fs::absolute(folder));
   if (const auto why = unpack_package(entry, work.path(), limits); !why.empty())
     return unavailable(entry, place, why);
-  const fs::path file = work.path() / "root" / entry.path;
+  fs::path file = work.path() / "root" / entry.path;
+  if (!entry.member.empty()) {
+    const std::vector<std::string> words = {"tar", "-xf",       file.string(), "-C", work.path().string(),
+                                            "--",  entry.member};
+    if (const auto why = run_program(words, work.path(), limits.unpack_s).complaint; !why.empty())
+      return unavailable(entry, place, why);
+    file = work.path() / entry.member;
+  }
   const std::string package = package_in(work.path()).filename().string();
   if (fs::symlink_status(file).type() != fs::file_type::regular)
     return unavailable(entry, place, package + " holds no file " + entry.path);
@@ -113,6 +124,7 @@ void Entry::visit(pipeline::Fields& f) {
   f("package", package, {}, "Debian package that holds the file");
   f("version", version, {}, "version of the package in which these bytes were seen");
   f("path", path, {}, "the file inside the package");
+  f("member", member, {}, "file inside `path`, when that is a tar archive");
   f("sha256", sha256, {}, "digest of the file");
   f("licence", licence, {}, "SPDX identifier");
   f("unit", unit, {}, "length unit of the file's numbers");

@@ -13,6 +13,7 @@ struct Entry {
   std::string kind;              ///< "mesh" or "cloud"
   std::string package, version;  ///< the version is where the bytes were seen; others may hold the same
   std::string path;              ///< inside the package, without a leading slash
+  std::string member;            ///< when `path` is a tar archive: the file inside it
   std::string sha256, licence;
   std::string unit = "m";        ///< as unit_factor (geometry/mesh_files.h) reads it
   std::string scene = "object";  ///< "object", or "table": the object stands on one, with others around it

@@ -14,10 +14,10 @@ struct Trajectory {
   std::vector<std::string> joints;
   std::vector<std::vector<double>> q_rad;  ///< a row of joint values a step
   std::vector<geometry::Pose> X_OH;        ///< one a step
-  double min_clearance_m = 0;              ///< over all steps but the closing ones, sampled
-  bool certified = false;
-  std::string outcome;  ///< "planned", or why there is none
-  std::string planner;  ///< who answered: "aico", or "script" where its smoothed path was worse
+  double min_clearance_m = 0;              ///< of the open hand, proven
+  bool certified = false;                  ///< all of the motion is proven free but for the fingers' contact
+  std::string outcome;                     ///< "planned", or why there is none
+  std::string planner;  ///< who answered: "aico"; "script" or "rrt_connect" where its version is not proven
 };
 
 /// One trajectory a grasp, in the order of the grasps.

@@ -1,7 +1,9 @@
 #include "pipeline/pipeline.h"
 
 #include <chrono>
+#include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <set>
 #include <sstream>
 
@@ -10,10 +12,13 @@
 #include <unistd.h>
 
 #include "pipeline/digest.h"
+#include "pipeline/ledger.h"
 #include "pipeline/schedule.h"
 #include "pipeline/settings.h"
 
 namespace geocage::pipeline {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -55,6 +60,31 @@ class WatchedRun : public Run {
   std::string slot_;
 };
 
+/// The Run of a stage in a worker process: what it says is noted in a folder, for take_notes.
+class NotingRun : public Run {
+ public:
+  explicit NotingRun(const fs::path& folder) : folder_(folder), log_(folder / "log") {}
+  void log(std::string_view sentence) override { log_ << sentence << "\n"; }
+  void finish() {
+    log_.close();
+    std::ofstream out(folder_ / "metrics");
+    for (const auto& [name, value] : metrics()) out << fmt::format("{} {}\n", value, name);
+  }
+
+ private:
+  fs::path folder_;
+  std::ofstream log_;
+};
+
+void take_notes(const fs::path& folder, const std::string& slot, Run& run, Watcher& watcher) {
+  std::ifstream log(folder / "log"), metrics(folder / "metrics");
+  for (std::string line; std::getline(log, line);) watcher.log(slot, line);
+  for (std::string line; std::getline(metrics, line);) {
+    const auto gap = line.find(' ');
+    run.metric(line.substr(gap + 1), std::strtod(line.c_str(), nullptr));  // fmt's shortest digits read back
+  }
+}
+
 bool matches(const Node& node, const std::string& pattern) {
   return node.slot == pattern || node.stage == pattern || node.slot.starts_with(pattern + "/") ||
          fnmatch(pattern.c_str(), node.slot.c_str(), 0) == 0;
@@ -89,6 +119,53 @@ std::string difference(const std::string& old_recipe, const std::string& new_rec
   return text;
 }
 
+std::string_view word(Fault fault) {
+  switch (fault) {
+    case Fault::configuration:
+      return "configuration";
+    case Fault::input:
+      return "input";
+    case Fault::geometry:
+      return "geometry";
+    case Fault::store:
+      return "store";
+  }
+  return "";
+}
+
+/// Of the exception under way.
+void describe_failure(SlotResult& result) {
+  result.state = SlotState::failed;
+  try {
+    throw;
+  } catch (const WorkerLost& error) {
+    result.sentence = error.what();
+    result.code = word(error.loss());
+  } catch (const UserError& error) {
+    result.sentence = error.what();
+    result.code = word(error.fault());
+  } catch (const std::exception& error) {
+    result.sentence = std::string("error: the stage failed: ") + error.what();
+    result.code = word(Loss::exception);
+  }
+}
+
+/// The first kind of difference between two recipes, in words.
+std::string kind_of_change(const std::string& before, const std::string& after) {
+  const std::string changes = difference(before, after);
+  const auto has = [&](const char* line) {
+    return changes.find(std::string("+ ") + line) != std::string::npos;
+  };
+  std::string kinds;
+  const auto add = [&](const char* line, const char* kind) {
+    if (has(line)) kinds += (kinds.empty() ? "" : ", ") + std::string(kind);
+  };
+  add("version ", "version changed");
+  add("param ", "parameter changed");
+  add("input ", "input changed");
+  return kinds.empty() ? "its artefact is gone" : kinds;
+}
+
 }  // namespace
 
 std::string_view word(SlotState state) {
@@ -103,16 +180,15 @@ std::string parameter_lines(const Fields& fields) {
 }
 
 Node& Pipeline::add_node(const std::string& slot) {
-  for (const auto& known : nodes_)
-    if (known->slot == slot) throw UserError(Fault::configuration, slot, "this slot is there twice");
+  if (by_slot_.contains(slot)) throw UserError(Fault::configuration, slot, "this slot is there twice");
   nodes_.push_back(std::make_unique<Node>());
   nodes_.back()->slot = slot;
+  by_slot_[slot] = nodes_.back().get();
   return *nodes_.back();
 }
 
 Node& Pipeline::node(const std::string& slot) {
-  for (const auto& known : nodes_)
-    if (!known->constant && known->slot == slot) return *known;
+  if (const auto known = by_slot_.find(slot); known != by_slot_.end()) return *known->second;
   throw UserError(Fault::configuration, slot, "there is no such slot" + did_you_mean(slot, slots()));
 }
 
@@ -152,12 +228,25 @@ void Pipeline::note(const Node& node, const std::string& recipe) const {
   store_.write_slot(node.slot, {key, *node.content, recipe, previous});
 }
 
+void Pipeline::make_contained(Node& node, Run& run, const fs::path& scratch, Watcher& watcher) {
+  const auto work = [&](const fs::path& folder) {
+    NotingRun noting(folder);
+    node.make(noting, scratch);
+    noting.finish();
+  };
+  run_contained(guard_->limits, node.slot, work,
+                [&](const fs::path& folder) { take_notes(folder, node.slot, run, watcher); });
+}
+
 void Pipeline::make(Node& node, const std::string& recipe, Watcher& watcher) {
   WatchedRun run(watcher, node.slot);
   const auto start = Clock::now();
   const auto scratch = store_.scratch();
   try {
-    node.make(run, scratch);
+    if (guard_)
+      make_contained(node, run, scratch, watcher);
+    else
+      node.make(run, scratch);
   } catch (...) {
     std::filesystem::remove_all(scratch);
     throw;
@@ -199,11 +288,42 @@ void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
     return true;
   };
   if (forced || !take()) {
+    if (!forced && failed_before(node, key)) return;
     const MakingLock lock(store_, key);
-    if (forced || !take()) make(node, recipe, watcher);  // another process may have made it meanwhile
+    try {
+      if (forced || !take()) make(node, recipe, watcher);  // another process may have made it meanwhile
+    } catch (const std::system_error&) {
+      throw;
+    } catch (...) {
+      describe_failure(node.result);
+      keep_failure(node, key);
+      node.result.seconds = seconds_since(start);
+      return;
+    }
+    if (guard_) Ledger(store_).forget(node.slot);
   }
   note(node, recipe);
   node.result.seconds = seconds_since(start);
+}
+
+bool Pipeline::failed_before(Node& node, const std::string& key) const {
+  if (!guard_ || guard_->retry_failed) return false;
+  const auto failure = Ledger(store_).find(node.slot);
+  if (!failure || failure->key != key || failure->program != program_digest()) return false;
+  node.result.state = SlotState::failed;
+  node.result.sentence = failure->sentence;
+  node.result.code = failure->code;
+  node.result.known = true;
+  return true;
+}
+
+void Pipeline::keep_failure(const Node& node, const std::string& key) const {
+  if (!guard_) return;
+  std::string inputs;
+  for (const Node* input : node.inputs) inputs += (inputs.empty() ? "" : " ") + *input->content;
+  const std::string command = fmt::format("{0} --force '{1}' --only '{1}'", guard_->command, node.slot);
+  Ledger(store_).write({node.slot, node.stage, node.result.code, node.result.sentence, key, program_digest(),
+                        inputs, command});
 }
 
 std::vector<Node*> Pipeline::chosen(const Wish& wish, std::set<std::string>& asked) {
@@ -235,13 +355,42 @@ std::vector<SlotResult> Pipeline::run(const Wish& wish, Watcher& watcher) {
   }
   Schedule(todo, watcher, [&](Node& node, Watcher& guarded) {
     settle(node, forced.contains(node.slot), guarded);
-  }).run(wish.jobs);
+  }).run(wish.jobs, wish.memory_gib);
 
   std::vector<SlotResult> results;
   for (const Node* node : todo)
     if (wish.only.empty() || asked.contains(node->slot) || node->result.state != SlotState::hit)
       results.push_back(node->result);
   return results;
+}
+
+Forecast Pipeline::forecast_of(Node& node, bool forced) {
+  const auto recipe = recipe_of(node);
+  if (!recipe) {
+    for (const Node* input : node.inputs)
+      if (!input->content)
+        return {node.slot, "after", (input->result.known ? "skipped with " : "once there is ") + input->slot};
+  }
+  if (forced) return {node.slot, "make", "--force"};
+  if (node.content) return {node.slot, "hit", ""};
+  if (failed_before(node, sha256_of(*recipe)))
+    return {node.slot, "failed", "failed before: " + node.result.sentence};
+  if (const auto failure = Ledger(store_).find(node.slot); failure && failure->key == sha256_of(*recipe))
+    return {node.slot, "make", "failed before"};
+  const auto before = store_.slot(node.slot);
+  return {node.slot, "make", before ? kind_of_change(before->recipe, *recipe) : "never made"};
+}
+
+std::vector<Forecast> Pipeline::forecast(const Wish& wish) {
+  std::set<std::string> asked, forced;
+  for (const auto& pattern : wish.force)
+    for (const auto& slot : matching(pattern)) forced.insert(slot);
+  std::vector<Forecast> lines;
+  for (Node* node : chosen(wish, asked)) {
+    look_up(*node);
+    lines.push_back(forecast_of(*node, forced.contains(node->slot)));
+  }
+  return lines;
 }
 
 void Pipeline::look_up(Node& node) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "pipeline/error.h"
 #include "pipeline/stage.h"
 #include "pipeline/store.h"
+#include "pipeline/worker.h"
 
 namespace geocage::pipeline {
 
@@ -28,6 +30,8 @@ struct SlotResult {
   std::filesystem::path folder;
   std::map<std::string, double> metrics;
   std::string sentence;  ///< why it failed or was skipped
+  std::string code;      ///< of a failure, as the ledger has it
+  bool known = false;    ///< it failed before, and was not tried again
 };
 
 /// Hears of a run while it goes on; called from several threads, one at a time.
@@ -46,6 +50,22 @@ struct Wish {
   std::vector<std::string> until;  ///< these slots and everything upstream of them
   std::vector<std::string> force;  ///< made anew even when they are there
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  double memory_gib = 0;  ///< for all slots that are made at once; 0: four fifths of the machine's
+};
+
+/// Every slot is made in a worker process of its own, so that a crash, a hang or running out of memory is a
+/// failure of that slot; failures go to the store's ledger and are not tried again until the recipe or the
+/// program changes. The process itself must not use OpenMP or TBB before its last slot is made.
+struct Guard {
+  WorkerLimits limits;
+  bool retry_failed = false;
+  std::string command;  ///< repeats a failure when " --force SLOT --only SLOT" is put after it
+};
+
+/// What would become of a slot, and why.
+struct Forecast {
+  std::string slot, state;  ///< hit, make, failed (as before), or `after` where an input must be made first
+  std::string reason;       ///< never made, input changed, parameter changed, version changed, ...
 };
 
 struct Node;
@@ -63,6 +83,7 @@ struct Node {
   std::vector<Node*> inputs;
   std::function<void(Run&, const std::filesystem::path&)> make;  ///< computes the value and saves it there
   bool constant = false;
+  double memory_gib = 1;
 
   std::optional<std::string> content;  ///< once settled
   SlotResult result;
@@ -74,6 +95,8 @@ struct Node {
 class Pipeline {
  public:
   explicit Pipeline(const Store& store) : store_(store) {}
+  /// From now on slots are made, and their failures kept, in this way.
+  void guard(Guard guard) { guard_ = std::move(guard); }
 
   /// Errors: UserError (configuration) when the slot is there already.
   template <Artefact Out, class Params, class... In>
@@ -95,6 +118,8 @@ class Pipeline {
 
   /// What is there already, as results: `hit`, or `skipped` because it is not made yet.
   std::vector<SlotResult> present();
+  /// What run(wish) would do with each slot; makes nothing.
+  std::vector<Forecast> forecast(const Wish& wish);
   /// hit, miss, or ? where an input is not made yet.
   std::vector<std::pair<std::string, std::string>> status();
   /// Why the slot would be made, or was made last: the differing lines of its recipe, old and new.
@@ -112,6 +137,12 @@ class Pipeline {
   std::vector<Node*> chosen(const Wish& wish, std::set<std::string>& asked);
   void look_up(Node& node);
   void settle(Node& node, bool forced, Watcher& watcher);
+  /// Whether the ledger knows that it fails, with this recipe and this program; the node's result says so
+  /// then.
+  bool failed_before(Node& node, const std::string& key) const;
+  void keep_failure(const Node& node, const std::string& key) const;
+  Forecast forecast_of(Node& node, bool forced);
+  void make_contained(Node& node, Run& run, const std::filesystem::path& scratch, Watcher& watcher);
   void make(Node& node, const std::string& recipe, Watcher& watcher);
   void accept(Node& node, const Record& record, SlotState state) const;
   void note(const Node& node, const std::string& recipe) const;
@@ -121,7 +152,9 @@ class Pipeline {
   static std::shared_ptr<const T> value_of(const Store& store, Node& node);
 
   const Store& store_;
+  std::optional<Guard> guard_;
   std::vector<std::unique_ptr<Node>> nodes_;
+  std::map<std::string, Node*> by_slot_;
 };
 
 /// Values of a parameter struct as recipe lines: "param edge_length_m = 0.004\n".
@@ -143,6 +176,7 @@ Target<Out> Pipeline::add(const std::string& slot, const Stage<Out, Params, In..
   Node& node = add_node(slot);
   node.stage = stage.name;
   node.version = stage.version;
+  node.memory_gib = stage.memory_gib;
   node.kind = artefact_kind(static_cast<const Out*>(nullptr));
   node.parameters = parameter_lines(fields_of(params));
   (node.inputs.push_back(inputs.node), ...);

@@ -2,6 +2,7 @@
 #include <condition_variable>
 #include <exception>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <vector>
@@ -16,11 +17,15 @@ class Schedule : private Watcher {
  public:
   /// `todo` has inputs first. `settle` makes one node; it runs without the lock.
   Schedule(std::vector<Node*> todo, Watcher& watcher, std::function<void(Node&, Watcher&)> settle);
-  void run(int jobs);
+  /// At most `jobs` at a time, whose declared memory fits into `memory_gib` together (0: four fifths of the
+  /// machine's); one that needs more than that runs alone. Ready nodes are taken in the order of `todo`: one
+  /// object is finished before the next is begun, as far as there is work.
+  void run(int jobs, double memory_gib);
 
  private:
   void work();
-  Node* next_ready() const;
+  Node* take_ready();
+  void release(const Node& node);
   void settle(Node& node);
   void log(const std::string& slot, std::string_view sentence) override;
   void progress(const std::string& slot, std::size_t done, std::size_t total) override;
@@ -30,7 +35,12 @@ class Schedule : private Watcher {
   const std::function<void(Node&, Watcher&)> settle_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::set<const Node*> taken_, ended_;
+  std::map<const Node*, std::size_t> index_;  ///< into todo_
+  std::vector<std::size_t> waits_;            ///< inputs of each node that have not ended
+  std::vector<std::vector<std::size_t>> needed_by_;
+  std::set<std::size_t> ready_;
+  std::size_t taken_ = 0, ended_ = 0;
+  double memory_gib_ = 0, used_gib_ = 0;
   std::exception_ptr trouble_;
 };
 

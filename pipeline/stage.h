@@ -12,9 +12,12 @@ struct Stage {
   const char* name;
   int version;
   Out (*make)(const Params&, Run&, const In&...);
+  double memory_gib = 1;  ///< what it takes at most on usual input; so many run at once as the machine holds
 };
 
 template <class Out, class Params, class... In>
 Stage(const char*, int, Out (*)(const Params&, Run&, const In&...)) -> Stage<Out, Params, In...>;
+template <class Out, class Params, class... In>
+Stage(const char*, int, Out (*)(const Params&, Run&, const In&...), double) -> Stage<Out, Params, In...>;
 
 }  // namespace geocage::pipeline

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int exit_user_error = 40, exit_memory = 41, exit_exception = 42;
+constexpr int exit_user_error = 40, exit_memory = 41, exit_exception = 42, exit_system = 43;
 
 /// A scratch folder that goes with its scope.
 class Scratch {
@@ -59,7 +59,8 @@ std::uint64_t virtual_memory_bytes() {
 void limit_this_process(const WorkerLimits& limits) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  const auto seconds = static_cast<rlim_t>(std::ceil(limits.seconds) + 1);
+  const auto seconds =
+      static_cast<rlim_t>(std::ceil(limits.seconds) + 1) * static_cast<rlim_t>(limits.threads);
   const rlimit cpu{seconds, seconds};
   setrlimit(RLIMIT_CPU, &cpu);
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory alone is terabytes of address space
@@ -85,6 +86,15 @@ void keep_message(const fs::path& file, const UserError& error) {
   throw UserError(static_cast<Fault>(std::stoi(fault)), where, sentence, hint);
 }
 
+/// Trouble with a disk stays trouble with a disk; the message may be lost when that disk is full.
+[[noreturn]] void throw_system_error(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string code, text;
+  std::getline(in, code, '\0');
+  std::getline(in, text, '\0');
+  throw std::system_error(code.empty() ? EIO : std::stoi(code), std::generic_category(), text);
+}
+
 [[noreturn]] void be_the_worker(const WorkerLimits& limits, pid_t parent, const Scratch& scratch,
                                 const std::function<void(const fs::path&)>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -101,6 +111,9 @@ void keep_message(const fs::path& file, const UserError& error) {
     _exit(exit_user_error);
   } catch (const std::bad_alloc&) {
     _exit(exit_memory);
+  } catch (const std::system_error& error) {
+    std::ofstream(scratch.message()) << error.code().value() << '\0' << error.what();
+    _exit(exit_system);
   } catch (const std::exception& error) {
     std::ofstream(scratch.message()) << error.what();
     _exit(exit_exception);
@@ -130,6 +143,11 @@ bool wait_for(pid_t child, double seconds, int& status) {
 
 }  // namespace
 
+std::string_view word(Loss loss) {
+  constexpr std::string_view words[] = {"crash", "timeout", "out_of_memory", "exception"};
+  return words[static_cast<int>(loss)];
+}
+
 void run_contained(const WorkerLimits& limits, const std::string& where,
                    const std::function<void(const fs::path&)>& work,
                    const std::function<void(const fs::path&)>& collect) {
@@ -141,14 +159,13 @@ void run_contained(const WorkerLimits& limits, const std::string& where,
 
   int status = 0;
   const bool in_time = wait_for(child, limits.seconds, status);
-  const auto fail = [&](const std::string& sentence) {
-    throw UserError(Fault::input, where, sentence,
-                    "if it is a file, it is probably broken: write it anew with another tool");
+  const auto fail = [&](Loss loss, const std::string& sentence) {
+    throw WorkerLost(loss, where, limits.subject + " " + sentence, limits.hint);
   };
   const bool signalled = WIFSIGNALED(status);
   if (!in_time || (signalled && WTERMSIG(status) == SIGXCPU))
-    fail("its reader did not end within " + std::to_string(static_cast<int>(limits.seconds)) + " s");
-  if (signalled) fail(std::string("its reader crashed (") + strsignal(WTERMSIG(status)) + ")");
+    fail(Loss::timeout, "did not end within " + std::to_string(static_cast<int>(limits.seconds)) + " s");
+  if (signalled) fail(Loss::crash, std::string("crashed (") + strsignal(WTERMSIG(status)) + ")");
   switch (WEXITSTATUS(status)) {
     case 0:
       collect(scratch.value());
@@ -156,13 +173,16 @@ void run_contained(const WorkerLimits& limits, const std::string& where,
     case exit_user_error:
       throw_message(scratch.message());
     case exit_memory:
-      fail("its reader asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
+      fail(Loss::memory,
+           "asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
       return;
+    case exit_system:
+      throw_system_error(scratch.message());
     default: {
       std::ifstream message(scratch.message());
       std::string text;
       std::getline(message, text);
-      fail("its reader failed" + (text.empty() ? "" : ": " + text));
+      fail(Loss::exception, "failed" + (text.empty() ? "" : ": " + text));
     }
   }
 }

@@ -2,8 +2,10 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "pipeline/codec.h"
+#include "pipeline/error.h"
 
 namespace geocage::pipeline {
 
@@ -11,12 +13,31 @@ namespace geocage::pipeline {
 struct WorkerLimits {
   double seconds = 10;
   double memory_gib = 4;  ///< beyond what the process holds already
+  int threads = 1;        ///< as many may use up `seconds` of processor time each
+  std::string subject = "its reader";
+  std::string hint = "if it is a file, it is probably broken: write it anew with another tool";
+};
+
+/// How a worker was lost.
+enum class Loss { crash, timeout, memory, exception };
+std::string_view word(Loss loss);
+
+/// A worker that did not bring its value; in run_contained's words.
+class WorkerLost : public UserError {
+ public:
+  WorkerLost(Loss loss, const std::string& where, const std::string& sentence, const std::string& hint)
+      : UserError(Fault::input, where, sentence, hint), loss_(loss) {}
+  Loss loss() const { return loss_; }
+
+ private:
+  Loss loss_;
 };
 
 /// Runs `work(folder)` in a child process with an empty scratch folder, then `collect(folder)` here. A crash,
-/// a hang or running out of memory there is a UserError (Fault::input) here, naming `where`; so is a
-/// UserError thrown there. The child is a fork: `work` may call readers that this process never calls itself
-/// (assimp, PCL files), and must not use OpenMP, TBB or logging. The child dies with its parent.
+/// a hang or running out of memory there is a WorkerLost here, naming `where`; a UserError or a
+/// std::system_error thrown there is thrown here. The child is a fork: `work` may call readers that this
+/// process never calls itself (assimp, PCL files); it may use OpenMP or TBB only when this process never did.
+/// The child dies with its parent.
 void run_contained(const WorkerLimits& limits, const std::string& where,
                    const std::function<void(const std::filesystem::path&)>& work,
                    const std::function<void(const std::filesystem::path&)>& collect);

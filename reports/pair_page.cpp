@@ -85,15 +85,22 @@ std::string grasp_table(const PairResults& pair) {
   return element("h3", "Grasps, best score first") + table(rows, "class=\"text\"");
 }
 
-std::string null_control(const Evaluations& test) {
-  if (test.null_trials == 0)
-    return element("p", "No null control was run: nobody knows whether this test can fail.");
-  const std::string count = fmt::format("{} of {}", test.null_held, test.null_trials);
-  if (test.null_held == 0)
-    return element("p", "Null control: the same hand 1 m away held " + count + ", as it must.");
-  return element(
-      "p", "<b>This test is not valid:</b> the hand 1 m away, that touches nothing, “held” " + count + ".",
-      "class=\"warning\"");
+std::string controls(const Evaluations& test) {
+  if (test.controls.empty())
+    return element("p", "No controls were run: nobody knows whether this test can fail.");
+  std::vector<Row> rows = {{"control", "grasps", "trials held", "grasps held in all", "rule", ""}};
+  bool valid = true;
+  for (const ControlResult& control : test.controls) {
+    valid = valid && control.ok;
+    rows.push_back({escaped(control.name), std::to_string(control.grasps),
+                    fmt::format("{} of {}", control.held, control.trials), std::to_string(control.passed),
+                    escaped(control.rule), control.ok ? "as it must be" : "<b>failed</b>"});
+  }
+  const std::string list = table(rows, "class=\"text\"");
+  if (valid) return list;
+  return element("p", "<b>This test is not valid:</b> a control that must fail did not.",
+                 "class=\"warning\"") +
+         list;
 }
 
 std::string test_result(const PairResults& pair) {
@@ -109,7 +116,7 @@ std::string test_result(const PairResults& pair) {
                test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share), percent(rate.low),
                percent(rate.high), outcomes,
                test.object_geometry == "truth" ? "the true surface" : "the surface rebuilt from the scan"));
-  return html + null_control(test);
+  return html + controls(test);
 }
 
 std::string rejected_poses(const hands::GraspSet& grasps) {

@@ -10,6 +10,7 @@
 
 #include "reports/html.h"
 #include "reports/pair_page.h"
+#include "reports/scene_page.h"
 #include "reports/style.h"
 
 namespace geocage::reports {
@@ -56,7 +57,7 @@ std::string header(const ReportInput& input) {
 }
 
 std::string overview(const std::vector<PairResults>& pairs) {
-  std::vector<Row> rows = {{"object", "hand", "outcome", "grasps", "held", "95 % interval", "null control"}};
+  std::vector<Row> rows = {{"object", "hand", "outcome", "grasps", "held", "95 % interval", "controls"}};
   int held = 0, tested = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const PairResults& pair = pairs[i];
@@ -70,9 +71,9 @@ std::string overview(const std::vector<PairResults>& pairs) {
       tested += static_cast<int>(test.grasps.size());
       row.push_back(fmt::format("{} of {}", test.held(), test.grasps.size()));
       row.push_back(interval_bar(rate) + percent(rate.low) + " – " + percent(rate.high));
-      row.push_back(test.null_trials == 0 ? "none"
-                    : test.null_held == 0 ? "lost all, as it must"
-                                          : "<b>held: not valid</b>");
+      row.push_back(test.controls.empty() ? "none"
+                    : std::ranges::all_of(test.controls, &ControlResult::ok) ? "as they must be"
+                                                                             : "<b>failed: not valid</b>");
     } else {
       row.insert(row.end(), {"–", "–", "–"});
     }
@@ -184,8 +185,8 @@ std::string footer(const Texts& run) {
 }
 
 std::string page(const ReportInput& input, const std::vector<PairResults>& pairs,
-                 const std::vector<std::vector<Figure>>& figures) {
-  std::string body = header(input) + overview(pairs);
+                 const std::vector<std::vector<Figure>>& figures, const std::string& scenes) {
+  std::string body = header(input) + overview(pairs) + scenes;
   for (std::size_t i = 0; i < pairs.size(); ++i) body += pair_section(pairs[i], figures[i], pair_id(i));
   body += troubles(input) + meaning() + times(input.slots) + sources(input.pairs) + details(input, pairs) +
           footer(input.run);
@@ -220,8 +221,12 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
     figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
   }
+  std::string scenes;
+  for (std::size_t i = 0; i < input.scenes.size(); ++i)
+    scenes += scene_section(input.scenes[i], pictures,
+                            fmt::format("scene-{}-{}", i + 1, plain_name(input.scenes[i].name)));
   fs::path index = folder / "index.html";
-  write_by_rename(index, page(input, pairs, figures));
+  write_by_rename(index, page(input, pairs, figures, scenes));
   return index;
 }
 

@@ -28,6 +28,13 @@ struct PairInput {
   std::filesystem::path cloud, scores, grasps, trajectories, evaluations;
 };
 
+/// A scene with its objects; `meshes` are those of its objects, in their order.
+struct SceneInput {
+  std::string name;
+  std::filesystem::path scene;
+  std::vector<std::filesystem::path> meshes;
+};
+
 struct SlotInput {
   std::string slot, stage, state;  ///< "made", "hit", "failed" or "skipped"
   double seconds = 0;              ///< in this run
@@ -46,6 +53,7 @@ struct ReportInput {
   std::string flow_text;  ///< the flow file as it was read
   Counts counts;
   std::vector<PairInput> pairs;
+  std::vector<SceneInput> scenes;
   std::vector<SlotInput> slots;
   std::vector<std::pair<std::string, Texts>> parameters;  ///< of each slot
   std::vector<hands::Hand> hands;                         ///< those that pairs name

@@ -59,8 +59,9 @@ Evaluations read_evaluations(const fs::path& folder) {
   all.protocol = file.at("protocol");
   all.object_geometry = file.at("object_geometry");
   all.counts = file.at("counts");
-  all.null_trials = file.at("null_control").at("trials");
-  all.null_held = file.at("null_control").at("held");
+  for (const json& control : file.at("controls"))
+    all.controls.push_back({control.at("name"), control.at("rule"), control.at("grasps"), control.at("trials"),
+                            control.at("held"), control.at("passed"), control.at("ok")});
   for (const json& entry : file.at("evaluations")) {
     all.grasps.push_back(evaluation_from(entry));
     if (!all.engine.empty()) continue;

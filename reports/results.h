@@ -21,11 +21,18 @@ struct EvaluationResult {
   std::vector<DirectionResult> directions;
 };
 
+/// A test whose answer is known.
+struct ControlResult {
+  std::string name, rule;
+  int grasps = 0, trials = 0, held = 0, passed = 0;
+  bool ok = true;
+};
+
 /// What "geocage-evaluations 1" says.
 struct Evaluations {
   std::string protocol, object_geometry;
   std::map<std::string, int> counts;  ///< grasps by outcome
-  int null_trials = 0, null_held = 0;
+  std::vector<ControlResult> controls;
   std::vector<std::pair<std::string, std::string>> engine;  ///< settings as text
   std::vector<EvaluationResult> grasps;
 

@@ -7,7 +7,9 @@
 #include <fmt/format.h>
 
 #include "hands/closing.h"
+#include "motion/certificate.h"
 #include "motion/floating_hand.h"
+#include "motion/rrt_connect.h"
 
 namespace geocage::stages {
 
@@ -27,13 +29,14 @@ void ApproachParams::visit(pipeline::Fields& f) {
   f("goal_precision", goal_precision, {0, 1e9}, "weight of the end");
   f("limits_precision", limits_precision, {0, 1e9}, "weight of joint limits");
   f("tolerance_m", tolerance_m, {0, 0.01},
-    "an open hand may touch so deep: what the field's interpolation may err");
-  f("closing_tolerance_m", closing_tolerance_m, {0, 0.05}, "a closing hand may touch so deep");
+    "what may be left unproven: an open hand is nowhere deeper than this");
+  f("closing_tolerance_m", closing_tolerance_m, {0, 0.05}, "fingers may touch so deep while they close");
   f("base_speed_m_s", base_speed_m_s, {1e-3, 10}, "speed of the hand's base at most");
   f("base_turn_rad_s", base_turn_rad_s, {1e-3, 100}, "turning speed of the base at most");
   f("base_acceleration_m_s2", base_acceleration_m_s2, {1e-3, 1000}, "acceleration of the base at most");
   f("joint_acceleration_rad_s2", joint_acceleration_rad_s2, {1e-3, 1e4}, "acceleration of joints at most");
   f("damping", damping, {0, 1e8}, "AICO's damping at the start");
+  f("rrt_iterations", rrt_iterations, {1, 1000000}, "of RRT-Connect, when every scripted way collides");
   f("max_sweeps", max_sweeps, {1, 10000}, "AICO's sweeps at most");
 }
 
@@ -51,30 +54,51 @@ class Planner {
         goal_(grasp.X_OH),
         floating_(hand, grasp.X_OH),
         open_(hands::joint_vector(hand.tree, grasp.pregrasp_joints_rad, "pre-grasp")),
-        closed_(hands::joint_vector(hand.tree, grasp.joints_rad, "grasp")) {}
+        closed_(hands::joint_vector(hand.tree, grasp.joints_rad, "grasp")),
+        prover_(floating_, field, support),
+        open_tolerance_(hand.tree.links.size(), params.tolerance_m),
+        closing_tolerance_(open_tolerance_) {
+    for (const auto& finger : hand.fingers)
+      for (int link : finger.links)
+        closing_tolerance_[static_cast<std::size_t>(link)] = params.closing_tolerance_m;
+  }
 
   motion::Trajectory plan() {
     const Path closing = closing_path();
-    const double closing_clearance = clearance(closing);
-    if (closing_clearance < -params_.closing_tolerance_m)
-      return none(fmt::format("closing would go {:.1f} mm deep", -1e3 * closing_clearance));
-    double best = -std::numeric_limits<double>::infinity();
+    if (closing.empty()) return none(fmt::format("closing would go {:.1f} mm deep", -1e3 * deepest_));
+    deepest_ = -std::numeric_limits<double>::infinity();
     for (const Vec3& way_O : ways_out()) {
       const Path script = scripted(way_O);
-      const double scripted_clearance = clearance(script);
-      const Path smooth = smoothed(script);
-      const double smooth_clearance =
-          within_limits(smooth) ? clearance(smooth) : -std::numeric_limits<double>::infinity();
-      best = std::max({best, scripted_clearance, smooth_clearance});
-      if (smooth_clearance >= -params_.tolerance_m) return answer(smooth, closing, smooth_clearance, "aico");
-      if (scripted_clearance >= -params_.tolerance_m)
-        return answer(script, closing, scripted_clearance, "script");
+      if (auto found = best_of(script, closing, "script")) return *found;
     }
-    return none(
-        fmt::format("every way to the grasp collides; the best one goes {:.1f} mm deep", -1e3 * best));
+    // With room between samples first: what sampled edges promise is then proven more often.
+    for (double room_m : {0.004, 0.001, -params_.tolerance_m}) {
+      const Path connected = connected_path(room_m);
+      if (connected.empty()) continue;
+      if (auto found = best_of(connected, closing, "rrt_connect")) return *found;
+    }
+    return none(fmt::format("every way to the grasp collides; the best one goes {:.1f} mm deep",
+                            -1e3 * std::min(0.0, deepest_)));
   }
 
  private:
+  /// AICO's version of a path if that is proven free, else the path itself if that one is.
+  std::optional<motion::Trajectory> best_of(const Path& path, const Path& closing, const char* planner) {
+    const Path smooth = smoothed(path);
+    if (within_limits(smooth))
+      if (const auto proof = prove(smooth); proof.outcome == motion::Proof::free)
+        return answer(smooth, closing, proof.clearance_m, "aico");
+    if (const auto proof = prove(path); proof.outcome == motion::Proof::free)
+      return answer(path, closing, proof.clearance_m, planner);
+    return std::nullopt;
+  }
+
+  motion::Certificate prove(const Path& path) {
+    const auto proof = prover_.certify(path, open_tolerance_);
+    deepest_ = std::max(deepest_, proof.clearance_m);
+    return proof;
+  }
+
   /// Directions from the grasp to the start: back along the approach, then tilted ones, then up from the
   /// support.
   std::vector<Vec3> ways_out() const {
@@ -111,30 +135,75 @@ class Planner {
     return path;
   }
 
-  /// Proximal joints of all fingers first, then the next ones: the order in which the grasp was closed,
-  /// backwards free.
-  Path closing_path() const {
-    std::size_t levels = 0;
-    for (const auto& finger : hand_.fingers) levels = std::max(levels, finger.dofs.size());
-    Path path = {at(goal_.translation(), open_)};
-    VectorXd q = open_;
-    for (std::size_t level = 0; level < levels; ++level) {
-      VectorXd next = q;
-      for (const auto& finger : hand_.fingers)
-        if (level < finger.dofs.size()) next[finger.dofs[level]] = closed_[finger.dofs[level]];
-      if (level + 1 == levels) next = closed_;
-      const int steps = std::max(1, params_.closing_steps / static_cast<int>(levels));
-      for (int k = 1; k <= steps; ++k)
-        path.push_back(
-            at(goal_.translation(), k == steps ? next : VectorXd(q + double(k) / steps * (next - q))));
-      q = next;
+  /// The postures that closing goes through, thinned out to `closing_steps` if that is proven free, else all
+  /// of them. Fingers have leave to touch, the palm has not. Empty when neither is free.
+  Path closing_path() {
+    std::vector<VectorXd> postures = {open_};
+    hands::close_hand(hand_, field_, goal_, open_, {}, &postures);
+    postures.push_back(closed_);
+    Path exact;
+    for (const VectorXd& q : postures) {
+      const VectorXd x = at(goal_.translation(), q);
+      if (exact.empty() || (x - exact.back()).norm() > 0) exact.push_back(x);
+    }
+    for (const Path& path : {thinned(exact), exact}) {
+      const auto proof = prover_.certify(path, closing_tolerance_);
+      if (proof.outcome == motion::Proof::free) return path;
+      deepest_ = proof.clearance_m;
+    }
+    return {};
+  }
+
+  /// Every posture that is a step's length of way after the one before, and the ends.
+  Path thinned(const Path& path) const {
+    double length = 0, since = 0;
+    for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
+    Path thin = {path.front()};
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      since += (path[i] - path[i - 1]).norm();
+      if (i + 1 < path.size() && since < length / params_.closing_steps) continue;
+      thin.push_back(path[i]);
+      since = 0;
+    }
+    return thin;
+  }
+
+  /// RRT-Connect from the first free start to the open hand at the grasp; corners are kept, straight parts
+  /// are divided into about `steps`. Empty when there is none.
+  Path connected_path(double room_m) {
+    const auto free = [&](const VectorXd& x) { return prover_.posture_free(x, room_m); };
+    const int n = floating_.dim();
+    const double most = 1.5 * params_.start_m / FloatingHand::unit_m;
+    VectorXd lower(n), upper(n);
+    lower << Vec3::Constant(-most), Vec3::Constant(-M_PI), hand_.tree.lower_rad.cwiseMin(open_);
+    upper << Vec3::Constant(most), Vec3::Constant(M_PI), hand_.tree.upper_rad.cwiseMax(open_);
+    const VectorXd goal = at(goal_.translation(), open_);
+    for (const Vec3& way_O : ways_out()) {
+      const VectorXd start = at(goal_.translation() + params_.start_m * way_O, open_);
+      const auto found =
+          motion::rrt_connect(start, goal, lower, upper, free, {.iterations = params_.rrt_iterations});
+      if (found.outcome == motion::ConnectOutcome::start_blocked) continue;
+      return found.path.empty() ? Path() : divided(found.path);
+    }
+    return {};
+  }
+
+  Path divided(const Path& corners) const {
+    double length = 0;
+    for (std::size_t i = 1; i < corners.size(); ++i) length += (corners[i] - corners[i - 1]).norm();
+    Path path = {corners.front()};
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+      const VectorXd move = corners[i] - corners[i - 1];
+      const int parts = std::max(1, static_cast<int>(std::lround(params_.steps * move.norm() / length)));
+      for (int k = 1; k < parts; ++k) path.push_back(corners[i - 1] + double(k) / parts * move);
+      path.push_back(corners[i]);
     }
     return path;
   }
 
-  /// AICO from the scripted path; its ends stay exactly.
+  /// AICO from a path; its ends stay exactly.
   Path smoothed(const Path& script) const {
-    const int T = params_.steps, n = floating_.dim();
+    const int T = static_cast<int>(script.size()) - 1, n = floating_.dim();
     motion::Problem problem{motion::kinematic(Eigen::MatrixXd::Identity(n, n)), T, script.front(), {}};
     problem.tasks.push_back(
         motion::state_task(script.back(), motion::final_precision(T, params_.goal_precision)));
@@ -166,32 +235,6 @@ class Planner {
     });
   }
 
-  /// Smallest distance of any capsule to object and support along the piecewise linear path, sampled so that
-  /// no coordinate moves more than 2 mm (or 0.02 rad) between samples.
-  double clearance(const Path& path) const {
-    double least = std::numeric_limits<double>::infinity();
-    std::vector<Pose> X_HL;
-    std::vector<hands::PlacedCapsule> placed;
-    const auto look = [&](const VectorXd& x) {
-      hands::forward_kinematics(hand_.tree, floating_.joints(x), X_HL);
-      hands::place_capsules(hand_, floating_.pose(x), X_HL, placed);
-      for (const auto& capsule : placed) {
-        if (hands::capsule_distance_bound_m(field_, capsule) < least)
-          least = std::min(least, hands::capsule_distance(field_, capsule).distance_m);
-        if (support_)
-          least = std::min(least, std::min(support_->height_m(capsule.a), support_->height_m(capsule.b)) -
-                                      capsule.radius_m);
-      }
-    };
-    look(path.front());
-    for (std::size_t t = 0; t + 1 < path.size(); ++t) {
-      const VectorXd move = path[t + 1] - path[t];
-      const int samples = 1 + static_cast<int>(move.lpNorm<Eigen::Infinity>() / 0.02);
-      for (int k = 1; k <= samples; ++k) look(path[t] + double(k) / samples * move);
-    }
-    return least;
-  }
-
   motion::Trajectory none(const std::string& why) const {
     motion::Trajectory t;
     t.joints = hand_.tree.dof_names;
@@ -213,6 +256,7 @@ class Planner {
     }
     t.X_OH.back() = hands::file_pose(goal_);
     t.min_clearance_m = clearance_m;
+    t.certified = true;
     t.outcome = "planned";
     t.planner = planner;
     return t;
@@ -246,6 +290,9 @@ class Planner {
   const Pose goal_;
   const FloatingHand floating_;
   const VectorXd open_, closed_;
+  motion::Prover prover_;
+  std::vector<double> open_tolerance_, closing_tolerance_;  ///< of each link
+  double deepest_ = 0;                                      ///< of the best path so far, or of closing
 };
 
 double median(std::vector<double> values) {
@@ -268,16 +315,18 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
     else
       set.trajectories[i] = Planner(params, field, support_cloud.support, hand, grasps.grasps[i]).plan();
 
-  int by_aico = 0, by_script = 0;
+  int by_aico = 0, by_script = 0, by_rrt = 0;
   std::vector<double> clearances;
   for (const auto& t : set.trajectories) {
     by_aico += t.planner == "aico";
     by_script += t.planner == "script";
+    by_rrt += t.planner == "rrt_connect";
     if (t.outcome == "planned") clearances.push_back(t.min_clearance_m);
   }
   run.metric("planned_by_aico", by_aico);
   run.metric("planned_by_script", by_script);
-  run.metric("no_path", static_cast<double>(set.trajectories.size()) - by_aico - by_script);
+  run.metric("planned_by_rrt_connect", by_rrt);
+  run.metric("no_path", static_cast<double>(set.trajectories.size()) - by_aico - by_script - by_rrt);
   run.metric("median_clearance_m", median(clearances));
   return set;
 }

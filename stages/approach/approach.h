@@ -25,18 +25,20 @@ struct ApproachParams {
   double joint_acceleration_rad_s2 = 10;
   double damping = 0.01;
   int max_sweeps = 40;
+  int rrt_iterations = 2000;
   void visit(pipeline::Fields& f);
 };
 
 /// The way of a floating hand to each grasp: open and far, along the approach axis (or a tilted one where
-/// that collides) to the grasp's pose, then closing, proximal joints first. The open part is smoothed by
-/// kinematic AICO and kept if its sampled clearance is no worse than `tolerance_m`; else the scripted
-/// polyline answers if it is free; else the outcome says why there is no path. Every grasp has an entry.
-/// `certified` is false: clearance is sampled (2 mm), not proven. The cloud lends its support plane.
+/// that collides, or as RRT-Connect finds it where all do) to the grasp's pose, then closing as `close_hand`
+/// closes. The open part is smoothed by kinematic AICO. What answers is proven free all along
+/// (motion::Prover): the open hand to `tolerance_m`, closing fingers to `closing_tolerance_m`; `planner` says
+/// whose path it is. Where none is proven the outcome says why. Every grasp has an entry. Fingers against
+/// each other are not looked at. The cloud lends its support plane.
 motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const hands::GraspSet& grasps, const geometry::SignedDistanceField& field,
                                const geometry::PointCloud& support_cloud, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage approach_stage{"approach", 1, &approach};
+inline constexpr pipeline::Stage approach_stage{"approach", 2, &approach};
 
 }  // namespace geocage::stages

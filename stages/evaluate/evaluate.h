@@ -1,10 +1,14 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "physics/controls.h"
+#include "physics/outcome.h"
+#include "physics/protocols.h"
 #include <nlohmann/json_fwd.hpp>
 
 #include "geometry/distance_field.h"
@@ -12,29 +16,19 @@
 #include "hands/hand.h"
 #include "motion/trajectory.h"
 #include "pipeline/stage.h"
-#include "stages/evaluate/presets.h"
 
 namespace geocage::stages {
 
 struct EvaluateParams {
   std::string protocol = "geocage-force";
-  double friction = Engine{}.friction;
+  double friction = physics::Engine{}.friction;
   std::string object_geometry = "truth";
-  int null_grasps = 4;
+  int control_grasps = 4;
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
 
-enum class Outcome {
-  held,       ///< no push moved the object past the limits
-  lost,       ///< at least one did
-  rejected,   ///< not simulated: the reason says why
-  unsettled,  ///< the closing hand moved the object past the limits before any push
-  error       ///< the engine failed: NaN, absurd speed or growing penetration
-};
-inline constexpr Outcome outcomes[] = {Outcome::held, Outcome::lost, Outcome::rejected, Outcome::unsettled,
-                                       Outcome::error};
-std::string_view name(Outcome outcome);
+using physics::Outcome;
 
 /// One push of a grasp.
 struct DirectionResult {
@@ -54,19 +48,14 @@ struct Evaluation {
   std::vector<DirectionResult> directions;
 };
 
-/// The same postures with the hand 1 m away: nothing there may hold.
-struct NullControl {
-  int trials = 0, held = 0;
-};
-
 /// All grasps of a set under one protocol.
 struct Evaluations {
   EvaluateParams params;
   std::vector<Evaluation> list;
-  NullControl null_control;
+  std::vector<physics::Control> controls;
 
   int count(Outcome outcome) const;
-  bool valid() const { return null_control.held == 0; }
+  bool valid() const { return std::ranges::all_of(controls, &physics::Control::ok); }
 };
 
 /// Pushes the object in each grasp's closing hand (README: a force test, not a cage test). The grasps may
@@ -79,7 +68,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 1, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 2, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);

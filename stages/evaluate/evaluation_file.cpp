@@ -1,38 +1,43 @@
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
 
 #include "pipeline/error.h"
 #include "stages/evaluate/evaluate.h"
-#include "stages/evaluate/presets.h"
 
 namespace geocage::stages {
 namespace {
 
 using nlohmann::json;
 
+/// Limits that a protocol does not have are null.
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json();
+}
+
 json direction_json(const DirectionResult& result) {
   return {{"name", result.name},
           {"held", result.outcome == Outcome::held},
-          {"outcome", name(result.outcome)},
+          {"outcome", physics::name(result.outcome)},
           {"max_displacement_m", result.max_displacement_m},
           {"max_rotation_rad", result.max_rotation_rad},
           {"ended_s", result.ended_s}};
 }
 
 Outcome outcome_named(const std::string& text) {
-  for (const Outcome outcome : outcomes)
-    if (name(outcome) == text) return outcome;
+  for (const Outcome outcome : physics::outcomes)
+    if (physics::name(outcome) == text) return outcome;
   throw pipeline::UserError(pipeline::Fault::store, "evaluations.json", "unknown outcome '" + text + "'",
                             "run `geocage verify`");
 }
 
 /// All that the outcome depends on besides the grasp and the object.
 json engine_json(const EvaluateParams& params) {
-  const Protocol& protocol = find_protocol(params.protocol);
-  const Engine& engine = protocol.engine;
-  const Grip& grip = protocol.grip;
+  const physics::Protocol& protocol = physics::find_protocol(params.protocol);
+  const physics::Engine& engine = protocol.engine;
+  const physics::Grip& grip = protocol.grip;
   return {{"name", "Bullet"},
           {"version", "3.24, double precision"},
           {"stage_version", evaluate_stage.version},
@@ -43,18 +48,24 @@ json engine_json(const EvaluateParams& params) {
           {"margin_m", 0},
           {"contact_m", engine.contact_m},
           {"way_out_m_s", engine.way_out_m_s},
-          {"mu", params.friction},
+          {"mu", protocol.name == "geocage-force" ? params.friction : engine.friction},
           {"mu_rule", "product of the bodies' coefficients, each sqrt(mu); cone, two directions"},
-          {"mass_kg", protocol.mass_kg},
+          {"mass_kg", protocol.density_kg_m3 ? json() : json(protocol.mass_kg)},
+          {"density_kg_m3", protocol.density_kg_m3 ? json(*protocol.density_kg_m3) : json()},
+          {"linear_damping_1ps", engine.linear_damping_1ps},
+          {"angular_damping_1ps", engine.angular_damping_1ps},
+          {"numbers_from", protocol.source},
           {"hand_density_kg_m3", engine.hand_density_kg_m3},
           {"acceleration_m_s2", protocol.acceleration_m_s2},
           {"settle_s", protocol.settle_s},
           {"push_s", protocol.push_s},
-          {"max_translation_m", protocol.max_translation_m},
-          {"max_rotation_rad", protocol.max_rotation_rad},
+          {"max_translation_m", finite(protocol.max_translation_m)},
+          {"max_rotation_rad", finite(protocol.max_rotation_rad)},
+          {"held_means", protocol.contact_holds ? "some contact is left" : "below both limits at all times"},
           {"max_drift_m", protocol.max_drift_m},
           {"max_drift_rad", protocol.max_drift_rad},
-          {"max_penetration_m", protocol.max_penetration_m},
+          {"max_start_penetration_m", protocol.max_start_penetration_m},
+          {"max_penetration_growth_m", protocol.max_penetration_growth_m},
           {"torque_limit_nm", grip.torque_limit_nm},
           {"force_limit_n", grip.force_limit_n},
           {"squeeze_rad", grip.squeeze_rad},
@@ -63,8 +74,9 @@ json engine_json(const EvaluateParams& params) {
 
 json counts_json(const std::vector<Evaluation>& evaluations) {
   json counts;
-  for (const Outcome outcome : outcomes)
-    counts[std::string(name(outcome))] = std::ranges::count(evaluations, outcome, &Evaluation::outcome);
+  for (const Outcome outcome : physics::outcomes)
+    counts[std::string(physics::name(outcome))] =
+        std::ranges::count(evaluations, outcome, &Evaluation::outcome);
   return counts;
 }
 
@@ -92,7 +104,7 @@ json to_json(const Evaluations& all, const Evaluation& evaluation) {
   return {{"schema", "geocage-evaluation 1"},
           {"grasp", evaluation.grasp},
           {"protocol", all.params.protocol},
-          {"outcome", name(evaluation.outcome)},
+          {"outcome", physics::name(evaluation.outcome)},
           {"reason", evaluation.reason},
           {"directions", directions},
           {"drift_m", evaluation.drift_m},
@@ -115,10 +127,10 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                      {"protocol", all.params.protocol},
                      {"friction", all.params.friction},
                      {"object_geometry", all.params.object_geometry},
-                     {"null_grasps", all.params.null_grasps},
+                     {"control_grasps", all.params.control_grasps},
                      {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
-                     {"null_control", {{"trials", all.null_control.trials}, {"held", all.null_control.held}}},
+                     {"controls", physics::to_json(all.controls)},
                      {"valid", all.valid()},
                      {"evaluations", entries}};
   std::ofstream out(dir / "evaluations.json");
@@ -130,12 +142,12 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   std::ifstream in(dir / "evaluations.json");
   in.exceptions(std::ios::badbit);
   const json file = json::parse(in);
-  all = {{file.at("protocol"), file.at("friction"), file.at("object_geometry"), file.at("null_grasps"),
+  all = {{file.at("protocol"), file.at("friction"), file.at("object_geometry"), file.at("control_grasps"),
           file.at("seed")},
          {},
          {}};
   for (const json& entry : file.at("evaluations")) all.list.push_back(evaluation_from(entry));
-  all.null_control = {file.at("null_control").at("trials"), file.at("null_control").at("held")};
+  all.controls = physics::controls_from(file.at("controls"));
 }
 
 }  // namespace geocage::stages

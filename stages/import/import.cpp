@@ -72,13 +72,14 @@ std::vector<Scene::Object> labelled_objects(const ImportParams& params, const Po
 }
 
 std::vector<Scene::Object> separate_objects(const ImportParams& params, const PointCloud& cloud,
-                                            const std::vector<int>& standing) {
+                                            const geometry::Plane& table, const std::vector<int>& standing) {
   const bool by_shape = params.cluster_by == "shape" && cloud.sensor_origins.size() == 1;
   std::vector<std::vector<int>> parts;
   for (const auto& cluster : clusters_of(cloud, standing, params.cluster_gap_m, params.cluster_points)) {
     std::vector<std::vector<int>> pieces = {cluster};
     if (by_shape)
-      pieces = convex_parts(cloud, cluster, {params.patch_m, params.concavity_deg, params.part_points});
+      pieces =
+          convex_parts(cloud, cluster, table, {params.patch_m, params.concavity_deg, params.part_points});
     parts.insert(parts.end(), pieces.begin(), pieces.end());
   }
   std::sort(parts.begin(), parts.end(),
@@ -102,7 +103,7 @@ std::vector<Scene::Object> objects_on_table(const ImportParams& params, pipeline
   if (params.cluster_by == "label" && cloud.label.empty())
     throw UserError(Fault::input, file, "its points have no labels", "say import.cluster_by = 'gap'");
   auto objects = params.cluster_by == "label" ? labelled_objects(params, cloud, standing)
-                                              : separate_objects(params, cloud, standing);
+                                              : separate_objects(params, cloud, table.plane, standing);
   if (!objects.empty()) cloud.support = table.plane;
   run.metric("points_on_table", static_cast<double>(table.on.size()));
   run.metric("points_above_table", static_cast<double>(standing.size()));

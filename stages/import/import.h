@@ -14,7 +14,7 @@ struct ImportParams {
   std::string repair = "repair";
   std::string scene = "auto";
   std::string cluster = "all";
-  std::string cluster_by = "gap";
+  std::string cluster_by = "shape";
   double plane_tolerance_m = 0.008;
   double table_share = 0.3;
   double above_min_m = 0.01;
@@ -22,7 +22,7 @@ struct ImportParams {
   double cluster_gap_m = 0.015;
   int cluster_points = 300;
   double patch_m = 0.02;
-  double concavity_deg = 10;
+  double concavity_deg = 20;
   int part_points = 600;
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
@@ -54,9 +54,9 @@ geometry::PointCloud import_part(const PartParams& params, pipeline::Run& run, c
 geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run,
                                   const geometry::SourceFile& file);
 
-inline constexpr pipeline::Stage import_mesh_stage{"import", 2, &import_mesh};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 2, &import_cloud};
-inline constexpr pipeline::Stage import_part_stage{"import", 2, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 1, &find_scene};
+inline constexpr pipeline::Stage import_mesh_stage{"import", 3, &import_mesh, 3.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 3, &import_cloud};
+inline constexpr pipeline::Stage import_part_stage{"import", 3, &import_part};
+inline constexpr pipeline::Stage scene_stage{"scene", 2, &find_scene};
 
 }  // namespace geocage::stages

@@ -1,6 +1,7 @@
 #include "stages/import/parts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <pcl/kdtree/kdtree_flann.h>
@@ -55,25 +56,47 @@ std::vector<int> patches_joined(const Points::Ptr& points, const PartRule& rule)
   return label;
 }
 
+std::vector<Vec3> all_round() {
+  constexpr int count = 200;
+  std::vector<Vec3> directions;
+  for (int k = 0; k < count; ++k) directions.push_back(geometry::lattice_direction(k, count));
+  return directions;
+}
+
+std::vector<Vec3> along_table(const geometry::Plane& table) {
+  constexpr int count = 64;
+  const Eigen::Matrix3d frame = geometry::frame_from_z(table.normal);
+  std::vector<Vec3> directions;
+  for (int k = 0; k < count; ++k) {
+    const double turn = 2 * M_PI * k / count;
+    directions.emplace_back(frame * Vec3(std::cos(turn), std::sin(turn), 0));
+  }
+  return directions;
+}
+
 /// A convex outline of points: how far they reach in each of many directions.
 class Outline {
  public:
-  explicit Outline(const std::vector<Vec3>& points) {
-    for (int k = 0; k < directions; ++k) {
-      const Vec3 d = geometry::lattice_direction(k, directions);
+  Outline(const std::vector<Vec3>& points, std::vector<Vec3> directions)
+      : directions_(std::move(directions)) {
+    for (const Vec3& d : directions_) {
       double reach = d.dot(points.front());
       for (const Vec3& p : points) reach = std::max(reach, d.dot(p));
       reach_.push_back(reach);
     }
   }
-  bool holds(const Vec3& p) const {
-    for (int k = 0; k < directions; ++k)
-      if (geometry::lattice_direction(k, directions).dot(p) > reach_[k]) return false;
-    return true;
+  double share_inside(const std::vector<Vec3>& points) const {
+    const auto inside = std::count_if(points.begin(), points.end(), [&](const Vec3& p) { return holds(p); });
+    return static_cast<double>(inside) / static_cast<double>(points.size());
   }
 
  private:
-  static constexpr int directions = 200;
+  bool holds(const Vec3& p) const {
+    for (std::size_t k = 0; k < directions_.size(); ++k)
+      if (directions_[k].dot(p) > reach_[k]) return false;
+    return true;
+  }
+  std::vector<Vec3> directions_;
   std::vector<double> reach_;
 };
 
@@ -105,6 +128,41 @@ class Parts {
     }
   }
 
+  /// A thing stands on the table or rests on another. What hangs at the side of its neighbours (a handle, the
+  /// far wall of a cup) is a part of the one that it touches most, and what stands where another thing stands
+  /// (a cup's inside) is that thing.
+  void join_what_has_no_stand(const geometry::Plane& table) {
+    for (bool joined = true; joined;) {
+      joined = false;
+      for (const auto& [name, sides] : contacts()) {
+        const int home = home_of(name, sides, table);
+        if (home == name) continue;
+        rename(name, home);
+        joined = true;
+        break;
+      }
+    }
+  }
+
+  /// Points without a neighbour in another part, too few for a thing, belong to the nearest part that is one.
+  void join_strays(int least_points) {
+    const auto size = sizes();
+    std::vector<int> home;
+    for (std::size_t i = 0; i < name_.size(); ++i)
+      if (size.at(name_[i]) >= least_points) home.push_back(static_cast<int>(i));
+    if (home.empty()) return;
+    std::vector<int> joined = name_;
+    for (std::size_t i = 0; i < name_.size(); ++i) {
+      if (size.at(name_[i]) >= least_points) continue;
+      const auto distance2 = [&](int j) {
+        return (cloud_.points[cluster_[j]] - cloud_.points[cluster_[i]]).squaredNorm();
+      };
+      joined[i] = name_[*std::min_element(home.begin(), home.end(),
+                                          [&](int a, int b) { return distance2(a) < distance2(b); })];
+    }
+    name_ = std::move(joined);
+  }
+
   void join_what_lies_inside() {
     for (bool joined = true; joined;) {
       joined = false;
@@ -128,6 +186,59 @@ class Parts {
   }
 
  private:
+  static constexpr double standing_m = 0.03;     ///< lower than that, it stands on the table
+  static constexpr double resting_share = 0.35;  ///< contacts in the lowest third of a thing carry it
+
+  static constexpr double level_m = 0.008;    ///< what carries a thing is level to this
+  static constexpr double shared_foot = 0.2;  ///< two things can't stand in one place
+
+  /// Heights of a part above the table, but for some outliers.
+  struct Reach {
+    double low_m, high_m;
+    double share_of(double height_m) const { return (height_m - low_m) / std::max(1e-6, high_m - low_m); }
+  };
+  Reach reach_of(int name, const geometry::Plane& table) const {
+    std::vector<double> heights;
+    for (const Vec3& p : points_of(name)) heights.push_back(table.height_m(p));
+    std::sort(heights.begin(), heights.end());
+    const std::size_t few = heights.size() / 50;
+    return {heights[few], heights[heights.size() - 1 - few]};
+  }
+  /// The part that a part belongs to: itself where it has a stand of its own.
+  int home_of(int name, const std::map<int, int>& sides, const geometry::Plane& table) const {
+    const Reach reach = reach_of(name, table);
+    const auto on = [&](int one, int other) {
+      const Contact contact = contact_of(one, other, table);
+      return contact.spread_m < level_m && reach_of(one, table).share_of(contact.middle_m) < resting_share;
+    };
+    const bool rests =
+        std::any_of(sides.begin(), sides.end(), [&](const auto& side) { return on(name, side.first); });
+    if (rests && reach.low_m > standing_m) return name;
+    if (!rests && reach.low_m > standing_m)
+      return std::max_element(sides.begin(), sides.end(),
+                              [](const auto& a, const auto& b) { return a.second < b.second; })
+          ->first;
+    for (const auto& [other, pairs] : sides)
+      if (!on(other, name) &&
+          Outline(points_of(other), along_table(table)).share_inside(points_of(name)) > shared_foot)
+        return other;
+    return name;
+  }
+  /// Heights of the points of a part and another where they touch.
+  struct Contact {
+    double middle_m, spread_m;  ///< median, and the distance of the quartiles
+  };
+  Contact contact_of(int name, int other, const geometry::Plane& table) const {
+    std::vector<double> heights;
+    for (std::size_t i = 0; i < name_.size(); ++i)
+      for (int j : neighbours_[i])
+        if ((name_[i] == name && name_[j] == other) || (name_[i] == other && name_[j] == name))
+          heights.push_back(table.height_m(cloud_.points[cluster_[i]]));
+    std::sort(heights.begin(), heights.end());
+    const std::size_t quarter = heights.size() / 4;
+    return {heights[heights.size() / 2], heights[heights.size() - 1 - quarter] - heights[quarter]};
+  }
+
   void find_neighbours(pcl::KdTreeFLANN<pcl::PointXYZ>& tree, const Points::Ptr& points, double reach_m) {
     std::vector<int> near;
     std::vector<float> squares;
@@ -178,11 +289,7 @@ class Parts {
     return points;
   }
   double inside_share(int name, int other) const {
-    const Outline outline(points_of(other));
-    const auto points = points_of(name);
-    const auto inside =
-        std::count_if(points.begin(), points.end(), [&](const Vec3& p) { return outline.holds(p); });
-    return static_cast<double>(inside) / static_cast<double>(points.size());
+    return Outline(points_of(other), all_round()).share_inside(points_of(name));
   }
 
   const geometry::PointCloud& cloud_;
@@ -194,11 +301,19 @@ class Parts {
 }  // namespace
 
 std::vector<std::vector<int>> convex_parts(const geometry::PointCloud& cloud, const std::vector<int>& cluster,
-                                           const PartRule& rule) {
+                                           const geometry::Plane& table, const PartRule& rule) {
+  constexpr double flat_m = 0.045;
+  const auto lower = [&](int i, int j) {
+    return table.height_m(cloud.points[i]) < table.height_m(cloud.points[j]);
+  };
+  const int top = *std::max_element(cluster.begin(), cluster.end(), lower);
+  if (table.height_m(cloud.points[top]) < flat_m) return {cluster};  // a hammer's head at its handle
   const auto points = to_pcl(cloud, cluster);
   Parts parts(cloud, cluster, patches_joined(points, rule), points, rule.patch_m / 2);
   parts.join_fragments(rule.points);
   parts.join_what_lies_inside();
+  parts.join_what_has_no_stand(table);
+  parts.join_strays(rule.points);
   return parts.indices();
 }
 

@@ -26,9 +26,6 @@ void PlaceParams::visit(pipeline::Fields& fields) {
   fields("spreads_rad", spreads_rad, {-3.2, 3.2}, "spreads of the fingers, clamped to the joint's limits");
   fields("spread_by_shape", spread_by_shape,
          "spread 0 for rings and long balls (variances 2 : 1), 0.5 for others, in place of the list");
-  fields("straddle", straddle,
-         "a gripper is moved along the line of its jaws until the object's section is in the middle between "
-         "them");
   fields("opening_step_rad", opening_step_rad, {0.01, 1},
          "how much a hand that collides is opened at a time");
   fields("open_clearance_m", open_clearance_m, {0, 0.1}, "free space around the open hand");

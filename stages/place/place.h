@@ -22,7 +22,6 @@ struct PlaceParams {
   int rolls_winding = 2, rolls_curvature = 4;
   std::vector<double> spreads_rad = {0, 0.5};
   bool spread_by_shape = false;
-  bool straddle = true;
   double opening_step_rad = 0.1;
   double open_clearance_m = 0.002;
   int local_samples = 0;

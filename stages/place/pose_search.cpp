@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "hands/caging.h"
 #include "hands/closing.h"
 #include "hands/force_closure.h"
 #include "hands/measures.h"
-#include "stages/place/straddle.h"
 #include "topology/flux.h"
 #include "topology/loops.h"
 
@@ -22,6 +22,7 @@ namespace {
 
 constexpr int most_lifts = 4;  // closing changes with the height, so one lift may call for another
 constexpr double lift_slack_m = 0.001;
+constexpr int jaw_openings = 8;  // of a gripper, from open to nearly closed
 constexpr double palm_dent_m =
     0.01;  // how far a tip may reach between the palm's capsules before it touches one
 
@@ -70,6 +71,7 @@ PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores
       support_(support),
       hand_(hand),
       rule_(rule_of(params)),
+      gripper_(gripper_of(hand)),
       center_of_mass_O_(geometry::mass_properties(scores.mesh).center) {
   for (const Vec3& p : scores.mesh.vertices)
     torque_length_m_ = std::max(torque_length_m_, (p - center_of_mass_O_).norm());
@@ -134,23 +136,45 @@ std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, const
     const int d = tree.dof(hand_.spread_dof);
     q[d] = std::clamp(choice.spread_rad, tree.lower_rad[d], tree.upper_rad[d]);
   }
+  std::set<int> first_dofs;  // jaws share one: it is opened once
+  for (const hands::Finger& finger : hand_.fingers) first_dofs.insert(finger.dofs.front());
   const auto open = [&](double angle) {
     const Eigen::VectorXd before = q;
-    for (const hands::Finger& finger : hand_.fingers) {
-      const int d = finger.dofs.front();  // fingers may share it
-      q[d] = std::clamp(before[d] - angle * hand_.closing_rad[d], tree.lower_rad[d], tree.upper_rad[d]);
-    }
+    for (int d : first_dofs)
+      q[d] = std::clamp(q[d] - angle * hand_.closing_rad[d], tree.lower_rad[d], tree.upper_rad[d]);
     return q != before;
   };
   if (choice.opened_rad != 0) open(choice.opened_rad);
   do {
-    const auto placed = capsules(X_OH, q);
-    const auto free = [&](const PlacedCapsule& capsule) {
-      return hands::capsule_distance_bound_m(field_, capsule) >= params_.open_clearance_m ||
-             hands::capsule_distance(field_, capsule).distance_m >= params_.open_clearance_m;
-    };
-    if (std::all_of(placed.begin(), placed.end(), free)) return q;
+    if (is_free(X_OH, q)) return q;
   } while (open(params_.opening_step_rad));
+  return std::nullopt;
+}
+
+bool PoseSearch::is_free(const Pose& X_OH, const Eigen::VectorXd& q) const {
+  const auto placed = capsules(X_OH, q);
+  return std::all_of(placed.begin(), placed.end(), [&](const PlacedCapsule& capsule) {
+    return hands::capsule_distance_bound_m(field_, capsule) >= params_.open_clearance_m ||
+           hands::capsule_distance(field_, capsule).distance_m >= params_.open_clearance_m;
+  });
+}
+
+/// The widest opening whose jaws are free on both sides of what is between them, the hand moved along their
+/// line until both are equally far from it: one drive moves both, and stops when the first touches.
+std::optional<Eigen::VectorXd> PoseSearch::straddle(Pose& X_OH) const {
+  const auto& tree = hand_.tree;
+  const int d = gripper_->dof;
+  const double stroke_m = tree.upper_rad[d] - tree.lower_rad[d];
+  Eigen::VectorXd q = hand_.open_rad;
+  for (int i = 0; i < jaw_openings; ++i) {
+    q[d] = hand_.open_rad[d] + hand_.closing_rad[d] * stroke_m * i / jaw_openings;
+    if (q[d] < tree.lower_rad[d] || q[d] > tree.upper_rad[d]) break;
+    if (!is_free(X_OH, q)) continue;
+    const Pose X_centered = centered(*gripper_, hand_, field_, X_OH, capsules(X_OH, q));
+    if (!is_free(X_centered, q)) continue;
+    X_OH = X_centered;
+    return q;
+  }
   return std::nullopt;
 }
 
@@ -176,7 +200,7 @@ bool PoseSearch::meets_obstacle(const std::vector<PlacedCapsule>& placed) const 
 /// Opens and closes the hand at X_OH, lifting it off the support where it comes too near.
 std::string PoseSearch::close_above_support(Pose& X_OH, const PoseChoice& choice, Closing& closing) const {
   for (int attempt = 0; attempt < most_lifts; ++attempt) {
-    const auto open = free_preshape(X_OH, choice);
+    const auto open = gripper_ ? straddle(X_OH) : free_preshape(X_OH, choice);
     if (!open) return "open hand collides";
     closing.open = *open;
     double missing_m = params_.support_clearance_m - lowest_m({*open}, X_OH);
@@ -208,13 +232,20 @@ std::string PoseSearch::try_pose(Pose X_OH, const PoseChoice& choice, hands::Gra
   if (meets_obstacle(placed) || meets_obstacle(capsules(X_OH, closing.open)))
     return "meets known occupied space";
   const double blocked = hands::blocked_share(field_, placed, params_.escape_m);
-  if (blocked < params_.min_blocked_share) return "leaves a way out";
+  const double opposed =
+      gripper_ ? opposition(*gripper_, hand_, X_OH, closed.contacts) : 0;  // two pads hold, they can't cage
+  if (gripper_ && opposed < std::cos(std::atan(params_.friction_mu))) return "pads don't face each other";
+  if (!gripper_ && blocked < params_.min_blocked_share) return "leaves a way out";
   grasp.hand = hand_.name;
   grasp.object = params_.object;
   grasp.X_OH = hands::file_pose(X_OH);
   grasp.joints_rad = hands::joint_map(hand_.tree, closed.q);
   grasp.pregrasp_joints_rad = hands::joint_map(hand_.tree, closing.open);
   rate(closed, blocked, grasp);
+  if (gripper_) {
+    grasp.scores["opposition"] = opposed;
+    if (params_.rank_by == "cage") grasp.scores["rank"] += opposed;
+  }
   grasp.scores["lift_m"] = closing.lift_m;
   return {};
 }
@@ -245,14 +276,6 @@ std::string PoseSearch::try_choice(const PoseChoice& choice, const std::optional
   if (!contact) return "palm meets nothing";
   Pose X_OH = *contact;
   X_OH.translation() -= choice.gap_m * choice.approach_O;
-  if (!params_.straddle || !is_gripper(hand_)) return try_pose(X_OH, choice, grasp);
-  PoseChoice moved = choice;  // palm and jaws meet other parts of the object there
-  moved.p_O += centring_m(hand_, field_, X_OH, hand_.open_rad);
-  const auto moved_contact = first_contact(moved);
-  if (!moved_contact) return "palm meets nothing";
-  X_OH = *moved_contact;
-  X_OH.translation() -= choice.gap_m * choice.approach_O;
-  X_OH.translation() += centring_m(hand_, field_, X_OH, hand_.open_rad);
   return try_pose(X_OH, choice, grasp);
 }
 

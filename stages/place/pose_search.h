@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hands/closing.h"
+#include "stages/place/gripper.h"
 #include "stages/place/pose_list.h"
 #include "topology/polyline.h"
 
@@ -41,6 +42,8 @@ class PoseSearch {
   double com_offset_m(const PoseChoice& choice) const;
   std::optional<geometry::Pose> first_contact(const PoseChoice& choice) const;
   std::optional<Eigen::VectorXd> free_preshape(const geometry::Pose& X_OH, const PoseChoice& choice) const;
+  std::optional<Eigen::VectorXd> straddle(geometry::Pose& X_OH) const;
+  bool is_free(const geometry::Pose& X_OH, const Eigen::VectorXd& q) const;
   double lowest_m(const std::vector<Eigen::VectorXd>& postures, const geometry::Pose& X_OH) const;
   bool meets_obstacle(const std::vector<hands::PlacedCapsule>& placed) const;
   std::string close_above_support(geometry::Pose& X_OH, const PoseChoice& choice, Closing& closing) const;
@@ -58,6 +61,7 @@ class PoseSearch {
   const std::optional<geometry::Plane>& support_;
   const hands::Hand& hand_;
   hands::ClosingRule rule_;
+  std::optional<Gripper> gripper_;
   geometry::Vec3 center_of_mass_O_;
   double torque_length_m_ = 0;                 ///< largest distance of the surface from the centre of mass
   std::vector<topology::Polyline> handles_O_;  ///< loops around the object's handles and through their holes

@@ -11,9 +11,11 @@
 #include "geometry/wrap.h"
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
+#include "stages/reconstruct/handles.h"
 #include "stages/reconstruct/observed.h"
 #include "stages/reconstruct/surfaces.h"
 #include "stages/reconstruct/unseen.h"
+#include "stages/reconstruct/walls.h"
 
 namespace geocage::stages {
 
@@ -33,6 +35,9 @@ void ReconstructParams::visit(pipeline::Fields& f) {
     "distance of the points that end it there, at least 1/200 of the cloud's diagonal");
   f("observed_m", observed_m, {0.0001, 0.1},
     "surface this near to a point counts as observed, at twice this distance no longer");
+  f("wall_m", wall_m, {0, 0.1}, "walls that were seen from both sides become at least so thick");
+  f("handle_m", handle_m, {0, 1},
+    "handles thinner and holes narrower than this round about are noise: they are cut off or filled");
   f("most_growth", most_growth, {1, 100},
     "an answer is refused when its box is so many times larger than the cloud's");
   f("wrap_alpha", wrap_alpha, {0.005, 1},
@@ -140,7 +145,9 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
                               given.size() < 4 ? "a surface needs four points" : "the cloud has no normals");
   const PointCloud cloud = in_order(given);
   const double step_m = std::max(params.unseen_step_m, diagonal_of(cloud.points) / 200);
-  const PointCloud points = params.close_unseen ? closed_where_unseen(cloud, step_m) : cloud;
+  PointCloud seen = cloud;
+  const ThickenedWalls walls = thicken_walls(seen, params.wall_m);
+  const PointCloud points = params.close_unseen ? closed_where_unseen(seen, step_m) : seen;
 
   Attempt made;
   std::string failures;
@@ -160,6 +167,11 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
                               "no closed surface was found: " + failures.substr(0, failures.size() - 2),
                               "scan from more sides, or lower reconstruct.depth");
   TriangleMesh mesh = std::move(made.repair.mesh);
+  const CutHandles cut = cut_small_handles(mesh, params.handle_m);
+  run.metric("wall_points", static_cast<double>(walls.points));
+  run.metric("wall_moved_m", walls.most_m);
+  run.metric("handles_cut", cut.handles);
+  run.metric("handles_moved_m", cut.moved_m);
   mesh.observed = observed_of(mesh, cloud, params.observed_m);
   run.metric("methods_tried", tried);
   run.metric("points_added", static_cast<double>(points.size() - cloud.size()));

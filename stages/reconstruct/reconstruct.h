@@ -7,11 +7,13 @@ namespace geocage::stages {
 
 struct ReconstructParams {
   std::string method = "poisson";
-  int depth = 7;
+  int depth = 6;
   double samples_per_node = 4;
   bool close_unseen = true;
   double unseen_step_m = 0.003;
   double observed_m = 0.004;
+  double wall_m = 0.005;
+  double handle_m = 0.0125;
   double most_growth = 1.5;
   double wrap_alpha = 0.05;
   double timeout_s = 60;
@@ -28,6 +30,6 @@ struct ReconstructParams {
 geometry::TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run,
                                    const geometry::PointCloud& cloud);
 
-inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 2, &reconstruct};
+inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 3, &reconstruct, 3.0};
 
 }  // namespace geocage::stages

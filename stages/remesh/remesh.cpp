@@ -6,8 +6,11 @@
 #include <fmt/format.h>
 
 #include "geometry/crossings.h"
+#include "geometry/soup.h"
 #include "geometry/surface_distance.h"
+#include "geometry/wrap.h"
 #include "pipeline/error.h"
+#include "pipeline/worker.h"
 #include "stages/remesh/isotropic.h"
 
 namespace geocage::stages {
@@ -52,25 +55,73 @@ int wanted_vertices(const RemeshParams& params, const MeshReport& report) {
   return static_cast<int>(std::lround(vertices));
 }
 
-void refuse_bad_result(const MeshReport& before, const MeshReport& after, const TriangleMesh& mesh) {
-  if (!after.closed_manifold())
-    throw UserError(Fault::geometry, "remesh",
-                    "the remeshed surface is not a closed manifold: " + geometry::flaw(after));
-  if (after.euler != before.euler)
-    throw UserError(Fault::geometry, "remesh",
-                    fmt::format("the Euler characteristic went from {} to {}", before.euler, after.euler),
-                    "take a shorter remesh.edge_length_m");
+/// What keeps a net from being what was promised; empty if nothing does.
+std::string flaw_of_net(int euler_before, const MeshReport& report, const TriangleMesh& mesh) {
+  if (!report.closed_manifold())
+    return "the remeshed surface is not a closed manifold: " + geometry::flaw(report);
+  if (report.euler != euler_before)
+    return fmt::format("the Euler characteristic went from {} to {}", euler_before, report.euler);
   const auto crossings = geometry::crossing_triangles(mesh);
-  if (crossings.empty()) return;
+  if (crossings.empty()) return "";
   const auto [f, g] = crossings.front();
   const auto& p = mesh.vertices[mesh.triangles[f][0]];
-  throw UserError(
-      Fault::geometry, "remesh",
-      fmt::format(
-          "triangles {} and {} cut each other near ({:.4g}, {:.4g}, {:.4g}) m ({} such pairs): walls or "
-          "handles there are thinner than the {:.3g} m edges can follow",
-          f, g, p.x(), p.y(), p.z(), crossings.size(), after.mean_edge_m),
-      "take a shorter remesh.edge_length_m, or smooth more by reconstruct.samples_per_node");
+  return fmt::format(
+      "triangles {} and {} cut each other near ({:.4g}, {:.4g}, {:.4g}) m ({} such pairs): walls or handles "
+      "there are thinner than the {:.3g} m edges can follow",
+      f, g, p.x(), p.y(), p.z(), crossings.size(), report.mean_edge_m);
+}
+
+/// The surface without folds, gaps and walls that edges can't follow: an alpha wrap. Empty where that fails.
+TriangleMesh coarser(const TriangleMesh& mesh, double alpha_m, double offset_m) {
+  TriangleMesh wrap;
+  try {
+    wrap = pipeline::contained<TriangleMesh>({60, 4}, "remesh", [&] {
+      return geometry::wrapped_surface({mesh.vertices, mesh.triangles}, alpha_m, offset_m, 1);
+    });
+  } catch (const UserError&) {  // it ran out of time or memory: as if there were none
+    return {};
+  }
+  geometry::RepairCounts counts;
+  geometry::drop_parts(wrap, 0, true, counts);
+  geometry::orient_outward(wrap);
+  return wrap;
+}
+
+/// A net on the surface, or on a coarser one where its triangles can't follow.
+struct Net {
+  TriangleMesh mesh;
+  MeshReport report;
+  int wanted = 0;
+  double alpha_m = 0;  ///< of the wrap that it lies on; 0 of the surface itself
+};
+
+Net net_on(const RemeshParams& params, pipeline::Run& run, const TriangleMesh& surface) {
+  const MeshReport before = geometry::check_mesh(surface);
+  Net net;
+  std::string why;
+  const auto attempt = [&](const TriangleMesh& source, const MeshReport& report) {
+    net.wanted = wanted_vertices(params, report);
+    net.mesh = isotropic(source, net.wanted, params.sweeps,
+                         [&](std::size_t done, std::size_t total) { run.progress(done, total); });
+    net.report = geometry::check_mesh(net.mesh);
+    return flaw_of_net(report.euler, net.report, net.mesh);
+  };
+  why = attempt(surface, before);
+  const double edge_m = std::sqrt(before.area_m2 / net.wanted / area_per_vertex);
+  for (double alpha : {0.5, 1.0, 2.0}) {
+    if (why.empty()) return net;
+    const TriangleMesh source = coarser(surface, alpha * edge_m, alpha * edge_m / 4);
+    const MeshReport report = geometry::check_mesh(source);
+    if (!report.closed_manifold()) continue;
+    if (!attempt(source, report).empty()) continue;
+    net.alpha_m = alpha * edge_m;
+    run.log(fmt::format("{}; a wrap of {:.3g} m takes its place", why, net.alpha_m));
+    return net;
+  }
+  if (!why.empty())
+    throw UserError(Fault::geometry, "remesh", why,
+                    "take a shorter remesh.edge_length_m, or smooth more by reconstruct.samples_per_node");
+  return net;
 }
 
 /// The input's values at the feet of the output's vertices, linear in each triangle.
@@ -89,10 +140,12 @@ std::vector<double> carried_over(const TriangleMesh& from, const SurfaceDistance
   return values;
 }
 
-void tell_metrics(pipeline::Run& run, const MeshReport& report, int wanted, const geometry::Deviation& lost,
+void tell_metrics(pipeline::Run& run, const Net& net, const geometry::Deviation& lost,
                   const geometry::Deviation& added) {
+  const MeshReport& report = net.report;
   run.metric("vertices", report.vertices);
-  run.metric("vertices_wanted", wanted);
+  run.metric("vertices_wanted", net.wanted);
+  run.metric("wrap_alpha_m", net.alpha_m);
   run.metric("mean_edge_m", report.mean_edge_m);
   run.metric("edge_cv", report.edge_cv);
   run.metric("min_angle_rad", report.min_angle_rad);
@@ -108,17 +161,13 @@ TriangleMesh remesh(const RemeshParams& params, pipeline::Run& run, const Triang
   if (!before.closed_manifold())
     throw UserError(Fault::geometry, "remesh",
                     "the surface is not a closed manifold: " + geometry::flaw(before));
-  const int wanted = wanted_vertices(params, before);
-  TriangleMesh result = isotropic(mesh, wanted, params.sweeps,
-                                  [&](std::size_t done, std::size_t total) { run.progress(done, total); });
-  const MeshReport after = geometry::check_mesh(result);
-  refuse_bad_result(before, after, result);
+  Net net = net_on(params, run, mesh);
   const SurfaceDistance to_input(mesh);
-  result.observed = carried_over(mesh, to_input, result);
-  const double spacing_m = after.mean_edge_m / 3;
-  tell_metrics(run, after, wanted, deviation(mesh, SurfaceDistance(result), spacing_m),
-               deviation(result, to_input, spacing_m));
-  return result;
+  net.mesh.observed = carried_over(mesh, to_input, net.mesh);
+  const double spacing_m = net.report.mean_edge_m / 3;
+  tell_metrics(run, net, deviation(mesh, SurfaceDistance(net.mesh), spacing_m),
+               deviation(net.mesh, to_input, spacing_m));
+  return std::move(net.mesh);
 }
 
 }  // namespace geocage::stages

@@ -14,12 +14,14 @@ struct RemeshParams {
 
 /// Near-equilateral triangles of one edge length on the same surface (isotropic.h), with `observed` carried
 /// over. Precondition: closed manifold. Answers a closed manifold of the same Euler number that doesn't cut
-/// itself; metrics say how far it lies from the input. Errors: UserError (configuration) for a size that
+/// itself; where edges can't follow the surface (the net would cut itself), one on an alpha wrap round it, of
+/// maybe another Euler number: the metric `wrap_alpha_m` is not 0 then. Metrics say how far it lies from the
+/// input. Errors: UserError (configuration) for a size that
 /// doesn't suit the object; UserError (geometry) when the input is not a closed manifold or the result is not
 /// what was promised (elements named). About 1 s for 20000 vertices.
 geometry::TriangleMesh remesh(const RemeshParams& params, pipeline::Run& run,
                               const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage remesh_stage{"remesh", 2, &remesh};
+inline constexpr pipeline::Stage remesh_stage{"remesh", 3, &remesh};
 
 }  // namespace geocage::stages

@@ -1,5 +1,5 @@
 // Closes hands on every mesh of a folder from random places and checks each closing against the exact mesh:
-//   closing_study FOLDER [POSES [HAND ...]] [--only OBJECT,OBJECT]
+//   closing_study FOLDER [POSES [HAND ...]]       FOLDER or one mesh file: a study can be split by object
 // One CSV line an object and hand. `deepest` counts from dense samples (1 mm) along the axes of the closed
 // hand's capsules; `on_the_way` from samples (5 mm) at every posture that the hand goes through, which a
 // finger that jumps through a thin wall would show in.
@@ -107,38 +107,26 @@ Row study(const hands::Hand& hand, const geometry::TriangleMesh& mesh,
   return row;
 }
 
-constexpr char usage[] = "closing_study FOLDER [POSES [HAND ...]] [--only OBJECT,OBJECT]\n";
-
-/// A line of the table. Nothing for a net of points: it has no joint to turn.
-void print_row(const std::string& object, const std::string& hand_name, const geometry::TriangleMesh& mesh,
-               const geometry::SignedDistanceField& field, const ExactDistance& exact, int poses) {
-  const auto hand = hands::load_hand(hand_name);
-  if (hand.tree.dofs() == 0) return;
-  const Row row = study(hand, mesh, field, exact, poses);
-  const auto at = [&](double share) {
-    return row.closed ? row.milliseconds[static_cast<std::size_t>(share * (row.closed - 1))] : 0;
-  };
-  std::printf("%s,%s,%d,%.3f,%.3f,%d,%d,%.3f,%.3f\n", object.c_str(), hand_name.c_str(), row.closed,
-              1e3 * row.deepest_m, 1e3 * row.on_the_way_m, row.limits, row.backwards, at(0.5), at(0.9));
-  std::fflush(stdout);
-}
-
-int run(std::vector<std::string> words) {
-  std::string only;
-  if (const auto at = std::find(words.begin(), words.end(), "--only"); at != words.end()) {
-    if (at + 1 == words.end()) return std::fputs(usage, stderr), 2;
-    only = "," + at[1] + ",";
-    words.erase(at, at + 2);
-  }
-  if (words.empty()) return std::fputs(usage, stderr), 2;
-  const int poses = words.size() > 1 ? std::atoi(words[1].c_str()) : 20;
-  const auto names = words.size() > 2 ? std::vector(words.begin() + 2, words.end()) : hands::hand_names();
+int run(int argc, char** argv) {
+  if (argc < 2) return std::fprintf(stderr, "closing_study FOLDER|MESH [POSES [HAND ...]]\n"), 2;
+  const int poses = argc > 2 ? std::atoi(argv[2]) : 20;
+  std::vector<std::string> names(argv + std::min(argc, 3), argv + argc);
+  if (names.empty()) names = hands::hand_names();
   std::printf("object,hand,closings,deepest_mm,on_the_way_mm,over_limits,backwards,median_ms,p90_ms\n");
-  for (const auto& [object, mesh] : objects_of(words[0])) {
-    if (!only.empty() && only.find("," + object + ",") == std::string::npos) continue;
+  for (const auto& [name, mesh] : objects_of(argv[1])) {
     const auto field = geometry::build_distance_field(mesh, {.cells = 64, .pad_m = 0.04, .refine = 3});
     const ExactDistance exact(mesh);
-    for (const auto& name : names) print_row(object, name, mesh, field, exact, poses);
+    for (const auto& hand_name : names) {
+      const auto hand = hands::load_hand(hand_name);
+      if (hand.tree.dofs() == 0) continue;  // a net of points has nothing to turn
+      const Row row = study(hand, mesh, field, exact, poses);
+      const auto at = [&](double share) {
+        return row.closed ? row.milliseconds[static_cast<std::size_t>(share * (row.closed - 1))] : 0;
+      };
+      std::printf("%s,%s,%d,%.3f,%.3f,%d,%d,%.3f,%.3f\n", name.c_str(), hand_name.c_str(), row.closed,
+                  1e3 * row.deepest_m, 1e3 * row.on_the_way_m, row.limits, row.backwards, at(0.5), at(0.9));
+      std::fflush(stdout);
+    }
   }
   return 0;
 }
@@ -147,5 +135,5 @@ int run(std::vector<std::string> words) {
 }  // namespace geocage::bench
 
 int main(int argc, char** argv) {
-  return geocage::bench::run({argv + 1, argv + argc});
+  return geocage::bench::run(argc, argv);
 }

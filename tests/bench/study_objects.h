@@ -11,14 +11,18 @@
 
 namespace geocage::bench {
 
-/// The meshes of a folder that are closed manifolds, turned outward, by name; others are named on stderr and
-/// left out.
+/// The meshes of a folder, or the one of a file, that are closed manifolds, turned outward, by name; others
+/// are named on stderr and left out.
 inline std::vector<std::pair<std::string, geometry::TriangleMesh>> objects_of(
     const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const std::string kind = entry.path().extension();
-    if (kind == ".stl" || kind == ".ply" || kind == ".off" || kind == ".obj") files.push_back(entry.path());
+  if (std::filesystem::is_regular_file(folder)) {
+    files.push_back(folder);
+  } else {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::string kind = entry.path().extension();
+      if (kind == ".stl" || kind == ".ply" || kind == ".off" || kind == ".obj") files.push_back(entry.path());
+    }
   }
   std::sort(files.begin(), files.end());
   std::vector<std::pair<std::string, geometry::TriangleMesh>> objects;

@@ -144,6 +144,20 @@ TEST_F(Contract, ScoreOfAWholeSurfaceIsGaussBonnet) {
   }
 }
 
+/// The column ball_vertices of a table of scores.
+std::vector<int> ball_sizes(const std::string& table) {
+  std::vector<int> sizes;
+  std::istringstream csv(table);
+  std::string line, cell;
+  std::getline(csv, line);
+  while (std::getline(csv, line)) {
+    std::istringstream row(line);
+    for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
+    sizes.push_back(std::stoi(cell));
+  }
+  return sizes;
+}
+
 // Half a step more than one mean edge holds a vertex and its neighbours; 1.5 x the mean edge in metres is
 // what any other length of a hop would miss.
 TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
@@ -155,16 +169,45 @@ TEST_F(Contract, ScoreHopsAreMeanEdgesOfTheMeshAsGiven) {
   for (const auto& [radius, rings] : {std::pair{0.99 * edge, 0}, std::pair{1.01 * edge, 1}}) {
     const Ended scored = geocage({"score", mesh, "--radius-m", std::to_string(radius)});
     ASSERT_EQ(scored.code, 0) << scored.err;
-    std::istringstream csv(scored.out);
-    std::string line;
-    std::getline(csv, line);
-    for (int v = 0; std::getline(csv, line); ++v) {
-      std::istringstream row(line);
-      std::string cell;
-      for (int i = 0; i < 7; ++i) std::getline(row, cell, ',');
-      ASSERT_EQ(std::stoi(cell), 1 + rings * neighbours.size(v)) << v;
-    }
+    const auto sizes = ball_sizes(scored.out);
+    ASSERT_EQ(sizes.size(), shape.vertices.size());
+    for (int v = 0; v < static_cast<int>(sizes.size()); ++v)
+      ASSERT_EQ(sizes[v], 1 + rings * neighbours.size(v)) << v;
   }
+}
+
+// Floyd and Warshall's distances, in edges and in metres, tell what each metric has to hold.
+TEST_F(Contract, ScoreMetricsAreHopsOrLengthsOfEdges) {
+  auto shape = datasets::icosphere(0.05, 2);
+  for (auto& p : shape.vertices) p.z() *= 1.7;  // edges of many lengths
+  const auto mesh = write("egg.ply", shape);
+  const int n = static_cast<int>(shape.vertices.size());
+  const double edge = geometry::mean_edge_m(shape), radius = 0.0401;
+  const auto neighbours = geometry::vertex_neighbours(shape);
+  std::vector<std::vector<int>> balls;
+  for (const std::string metric : {"hop", "dijkstra"}) {
+    std::vector<double> d(static_cast<std::size_t>(n) * n, 1);  // a metre is far
+    for (int v = 0; v < n; ++v) {
+      d[v * n + v] = 0;
+      for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
+        const int w = neighbours.items[i];
+        d[v * n + w] = metric == "hop" ? edge : (shape.vertices[v] - shape.vertices[w]).norm();
+      }
+    }
+    for (int via = 0; via < n; ++via)
+      for (int v = 0; v < n; ++v)
+        for (int w = 0; w < n; ++w) d[v * n + w] = std::min(d[v * n + w], d[v * n + via] + d[via * n + w]);
+    const Ended scored = geocage({"score", mesh, "--radius-m", "0.0401", "--metric", metric});
+    ASSERT_EQ(scored.code, 0) << scored.err;
+    const auto sizes = ball_sizes(scored.out);
+    ASSERT_EQ(std::ssize(sizes), n);
+    for (int v = 0; v < n; ++v)
+      EXPECT_EQ(sizes[v], std::count_if(&d[v * n], &d[v * n] + n, [&](double x) { return x <= radius; }))
+          << metric << " " << v;
+    balls.push_back(sizes);
+  }
+  EXPECT_NE(balls[0], balls[1]);
+  EXPECT_EQ(ball_sizes(geocage({"score", mesh, "--radius-m", "0.0401"}).out), balls[0]) << "hop by default";
 }
 
 TEST_F(Contract, ScoreOfAnOpenMeshIsCode3) {

@@ -191,6 +191,27 @@ TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
   EXPECT_TRUE(evaluation["engine"].contains("dt_s"));
 }
 
+TEST_F(FlowRun, AGraspIsJudgedByEveryProtocolSideBySide) {
+  const json answer = json::parse(first_.out);
+  fs::path place;
+  for (const auto& slot : answer["slots"])
+    if (slot["slot"] == "bottle/place/schunk_sdh") place = slot["folder"].get<std::string>();
+  const auto grasps = hands::read_grasps(place / "grasps.json");
+  std::ofstream(*folder_ / "first.json") << hands::to_json(grasps.grasps.front()).dump();
+  const auto evaluate = [&](const std::string& protocol) {
+    return geocage({"evaluate", "--mesh", (*folder_ / "bottle.ply").string(), "--hand", "schunk_sdh",
+                    "--grasp", (*folder_ / "first.json").string(), "--protocol", protocol, "--json"});
+  };
+  const json table = json::parse(evaluate("all").out);
+  std::vector<std::string> names;
+  for (const auto& entry : table["evaluations"]) names.push_back(entry["protocol"]);
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"geocage-force", "bodex", "dexgraspnet", "multidex", "geocage-cage"}));
+  EXPECT_EQ(table["evaluations"][2]["engine"]["mu"], 3);
+  EXPECT_EQ(table["evaluations"][4]["engine"]["mu"], 0);
+  EXPECT_EQ(evaluate("bodex,geocage-farce").code, 2);
+}
+
 TEST_F(FlowRun, OneAndTwoThreadsGiveTheSameBytes) {
   const auto other = [&](const char* threads, const char* jobs, const std::string& store) {
     const Ended ended =

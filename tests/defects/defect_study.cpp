@@ -1,6 +1,6 @@
 // The full study of defects: every mutator on every mesh of a folder, with several seeds.
-//   build/release/defect_study --objects DIR [--seeds 5] [--object NAME] [--mutator NAME] [--wrap-alpha A]
-//   [--csv FILE]
+//   build/release/defect_study --objects DIR [--seeds 5] [--seed-from 1] [--object NAME] [--mutator NAME]
+//   [--wrap-alpha A] [--csv FILE]
 // Exit code 0 when every mesh was repaired and passes CGAL's own check, or was rejected with a reason.
 #include <algorithm>
 #include <filesystem>
@@ -77,12 +77,13 @@ int main(int argc, char** argv) {
   CLI::App app("Every defect on every mesh of a folder");
   fs::path folder, csv;
   std::string only, mutator_name;
-  std::uint64_t seeds = 5;
+  std::uint64_t seeds = 5, seed_from = 1;
   geocage::geometry::RepairParams params;
   app.add_option("--objects", folder, "folder of closed meshes")->required()->check(CLI::ExistingDirectory);
   app.add_option("--object", only, "only this one");
   app.add_option("--mutator", mutator_name, "only this one");
-  app.add_option("--seeds", seeds);
+  app.add_option("--seeds", seeds, "how many");
+  app.add_option("--seed-from", seed_from, "the first of them");
   app.add_option("--wrap-alpha", params.wrap_alpha, "in diagonals");
   app.add_option("--csv", csv, "every run as a line");
   CLI11_PARSE(app, argc, argv);
@@ -96,7 +97,7 @@ int main(int argc, char** argv) {
     const TriangleMesh mesh = read_scaled(file);
     if (mesh.triangles.empty()) continue;
     for (const auto& mutator : geocage::tests::mutators())
-      for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      for (std::uint64_t seed = seed_from; seed < seed_from + seeds; ++seed) {
         if (!mutator_name.empty() && mutator_name != mutator.name) continue;
         rows.push_back({try_defect(mutator, mesh, seed, params), file.stem()});
         const Row& row = rows.back();

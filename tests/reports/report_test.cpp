@@ -9,6 +9,7 @@
 
 #include "datasets/shapes.h"
 #include "geometry/cloud.h"
+#include "geometry/scene.h"
 #include "hands/grasp.h"
 #include "pipeline/error.h"
 #include "reports/results.h"
@@ -94,8 +95,9 @@ class Report : public testing::Test {
     std::ofstream(fresh("evaluations") / "evaluations.json")
         << R"({"schema": "geocage-evaluations 1", "protocol": "geocage-force", "object_geometry": "truth", "seed": 0,
                "counts": {"held": 1, "lost": 1, "rejected": 0, "unsettled": 0, "error": 0}, "valid": true,
-               "null_control": {"trials": 4, "held": )"
-        << null_held << R"(}, "evaluations": [)"
+               "controls": [{"name": "hand 1 m away", "rule": "no trial may hold", "grasps": 1, "trials": 6, "held": )"
+        << null_held << R"(, "passed": 0, "ok": )" << (null_held == 0 ? "true" : "false")
+        << R"(}], "evaluations": [)"
         << evaluation(0, "lost", "-z moved it 61 mm & turned it", false) << ","
         << evaluation(1, "held", "", true) << "]}";
     return folder_ / "evaluations";
@@ -166,10 +168,41 @@ TEST_F(Report, TellsTheWholeStoryOffline) {
                has(html, "odd<name>"));
   for (const char* words :
        {"A &lt;test&gt; &amp; more", "ring &lt;1&gt;", "1 + 1 + 0 + 1 = 3", "<b>1 of 2</b>", "9.5 %",
-        "90.5 %", "held 0 of 4, as it must", "edge 3-4 has three", "no package &lt;here&gt;",
+        "90.5 %", "0 of 6", "as it must be", "edge 3-4 has three", "no package &lt;here&gt;",
         "below the table", "9 poses", "0.004", "package things, MIT", "the true surface", "3.10 mm free",
         "moved 61.0 mm", "1.50 s", "Bullet"})
     EXPECT_TRUE(has(html, words)) << words;
+}
+
+// A scene of two objects, one of them with a surface: its points and the surface are drawn, and it is
+// counted.
+TEST_F(Report, ScenesShowTheirObjectsAndSurfaces) {
+  geometry::Scene scene;
+  const auto ring = datasets::torus(0.05, 0.015, 24, 12);
+  for (double at : {-0.1, 0.1}) {
+    auto& object = scene.objects.emplace_back();
+    object.name = at < 0 ? "left" : "right";
+    for (const auto& p : ring.vertices) {
+      object.points.push_back(static_cast<int>(scene.cloud.size()));
+      scene.cloud.points.push_back(p + geometry::Vec3(at, 0, 0));
+    }
+  }
+  scene.cloud.sensor_origins = {{0, -0.5, 0.5}};
+  scene.cloud.support = geometry::Plane{geometry::Vec3::UnitZ(), -0.015};
+  save_artefact(scene, fresh("scene"));
+  save_artefact(ring, fresh("ring"));
+  auto all = input();
+  all.scenes = {{"a table", folder_ / "scene", {folder_ / "ring", {}}}};
+  const std::string html = text_of(write_report(all, folder_ / "out"));
+  EXPECT_EQ(html_flaw(html), "");
+  for (const char* words : {"a table.left", "a table.right", "Objects: 2", "1 of 2"})
+    EXPECT_TRUE(has(html, words)) << words;
+  for (const char* ending : {"-parts.png", "-closed.png"}) {
+    int files = 0;
+    for (const auto& file : fs::directory_iterator(folder_ / "out" / "pictures"))
+      files += file.path().string().ends_with(ending) && fs::file_size(file) > 1000;
+    EXPECT_EQ(files, 1) << ending;
+  }
 }
 
 TEST_F(Report, EveryPictureThatThePageNamesIsThere) {
@@ -191,10 +224,10 @@ TEST_F(Report, SaysWhenCountsDoNotAddUp) {
   EXPECT_TRUE(has(text_of(write_report(wrong, folder_ / "out")), "do not add up"));
 }
 
-TEST_F(Report, SaysWhenTheNullControlHeld) {
+TEST_F(Report, SaysWhenAControlFailed) {
   const std::string html = text_of(write_report(input(1), folder_ / "out"));
   EXPECT_TRUE(has(html, "This test is not valid"));
-  EXPECT_FALSE(has(html, "as it must"));
+  EXPECT_FALSE(has(html, "as it must be"));
 }
 
 TEST_F(Report, SameInputGivesTheSameFiles) {

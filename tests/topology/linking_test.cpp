@@ -32,6 +32,15 @@ TEST(LinkingNumber, HopfLinkHoweverCoarse) {
   }
 }
 
+TEST(LinkingNumber, AMirrorTurnsItsSign) {
+  const auto mirrored = [](Polyline points) {
+    for (Vec3& p : points) p.x() = -p.x();
+    return points;
+  };
+  const auto second = loop(8, [](double t) { return Vec3(1 + std::cos(t), 0, std::sin(t)); });
+  expect_linked(mirrored(circle(8)), mirrored(second), 1);  // the link itself is -1
+}
+
 TEST(LinkingNumber, SquaresAndCirclesApart) {
   expect_linked({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}},
                 {{0, 0, -1}, {2, 0, -1}, {2, 0, 1}, {0, 0, 1}}, -1);

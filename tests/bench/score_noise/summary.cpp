@@ -17,7 +17,7 @@ namespace {
 
 struct Row {
   std::string object, field, direction;  ///< field: "winding hop 0.06"; local ones have their name alone
-  double share, sigma, spearman, overlap, drift_m;
+  double radius_m, share, sigma, spearman, overlap, drift_m;
 };
 
 std::vector<Row> read_rows(const fs::path& folder) {
@@ -36,7 +36,7 @@ std::vector<Row> read_rows(const fs::path& folder) {
       for (std::string cell; std::getline(text, cell, ',');) cells.push_back(cell);
       const double radius = std::stod(cells[4]);
       const std::string field = radius > 0 ? cells[2] + " " + cells[3] + " " + cells[4] : cells[2];
-      rows.push_back({cells[0], field, cells[8], std::stod(cells[5]), std::stod(cells[9]),
+      rows.push_back({cells[0], field, cells[8], radius, std::stod(cells[5]), std::stod(cells[9]),
                       std::stod(cells[11]), std::stod(cells[12]), std::stod(cells[13])});
     }
   }
@@ -58,7 +58,7 @@ struct Mean {
   }
 };
 struct Cell {
-  Mean spearman, overlap, drift_m;
+  Mean spearman, overlap, drift_m, drift_radii;  ///< the last: in radii of the ball; empty for local fields
 };
 /// field -> direction -> sigma -> means. Radii whose median ball holds more than half of the surface are
 /// left out, object by object, as the stage `score` leaves them out.
@@ -72,20 +72,24 @@ Table table_of(const std::vector<Row>& rows) {
     cell.spearman.add(row.object, row.spearman);
     cell.overlap.add(row.object, row.overlap);
     cell.drift_m.add(row.object, row.drift_m);
+    if (row.radius_m > 0) cell.drift_radii.add(row.object, row.drift_m / row.radius_m);
   }
   return table;
 }
 
 std::string markdown(const Table& table) {
   std::string text =
-      "| field | noise | objects | sigma (edges) | Spearman | top 10 % overlap | drift of the best (mm) |\n"
-      "|---|---|---|---|---|---|---|\n";
+      "| field | noise | objects | sigma (edges) | Spearman | top 10 % overlap | drift of the best (mm) | in "
+      "radii |\n"
+      "|---|---|---|---|---|---|---|---|\n";
   for (const auto& [field, directions] : table)
     for (const auto& [direction, sigmas] : directions)
       for (const auto& [sigma, cell] : sigmas)
-        text += fmt::format("| {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} |\n", field, direction,
-                            cell.spearman.of_object.size(), sigma, cell.spearman.value(),
-                            cell.overlap.value(), 1000 * cell.drift_m.value());
+        text += fmt::format(
+            "| {} | {} | {} | {} | {:.3f} | {:.3f} | {:.1f} | {} |\n", field, direction,
+            cell.spearman.of_object.size(), sigma, cell.spearman.value(), cell.overlap.value(),
+            1000 * cell.drift_m.value(),
+            cell.drift_radii.of_object.empty() ? "-" : fmt::format("{:.2f}", cell.drift_radii.value()));
   return text;
 }
 

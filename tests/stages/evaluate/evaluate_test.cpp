@@ -13,10 +13,19 @@
 
 #include "hands/closing.h"
 #include "pipeline/error.h"
-#include "tests/stages/evaluate/scenes.h"
+#include "physics/world.h"
+#include "tests/physics/scenes.h"
 
 namespace geocage::stages {
 namespace {
+
+using geometry::Pose;
+using geometry::Vec3;
+using physics::filled;
+using physics::HandBody;
+using physics::ObjectBody;
+using physics::solid_body;
+using physics::World;
 
 constexpr double sphere_radius_m = 0.035;
 
@@ -62,6 +71,7 @@ hands::Grasp grasp_of(const Pose& X_OH, const Eigen::VectorXd& q) {
   hands::Grasp grasp;
   grasp.hand = sdh().name, grasp.object = "sphere", grasp.X_OH = X_OH;
   grasp.joints_rad = hands::joint_map(sdh().tree, q);
+  grasp.pregrasp_joints_rad = hands::joint_map(sdh().tree, above_palm(0.06).q_open);
   return grasp;
 }
 
@@ -101,10 +111,12 @@ TEST(Evaluate, a_sphere_stays_in_three_closed_fingers_and_leaves_open_ones) {
   EXPECT_LT(all.list[0].max_penetration_m, 1e-3);
 }
 
-TEST(Evaluate, holds_nothing_with_the_hand_far_away) {
+TEST(Evaluate, controls_fail_as_they_must) {
   const Evaluations all = evaluated({closed_grasp(), open_grasp()});
-  EXPECT_EQ(all.null_control.trials, 12);
-  EXPECT_EQ(all.null_control.held, 0);
+  ASSERT_EQ(all.controls.size(), 3u);
+  for (const physics::Control& control : all.controls) EXPECT_EQ(control.trials, 12);
+  EXPECT_EQ(all.controls[0].held, 0) << "hand 1 m away";
+  EXPECT_EQ(all.controls[1].passed, 0) << "open hand";
   EXPECT_TRUE(all.valid());
 }
 
@@ -136,7 +148,7 @@ TEST(Evaluate, rejects_what_it_need_not_simulate) {
 TEST(Evaluate, counts_add_up_and_files_read_back) {
   const Evaluations all = evaluated({closed_grasp(), pierced_grasp()});
   int sum = 0;
-  for (const Outcome outcome : outcomes) sum += all.count(outcome);
+  for (const Outcome outcome : physics::outcomes) sum += all.count(outcome);
   EXPECT_EQ(sum, 2);
 
   const std::string text = saved(all);

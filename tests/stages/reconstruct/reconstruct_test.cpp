@@ -7,9 +7,12 @@
 #include <gtest/gtest.h>
 
 #include "datasets/shapes.h"
+#include "geometry/noise.h"
 #include "geometry/repair.h"
 #include "geometry/surface_distance.h"
 #include "pipeline/error.h"
+#include "stages/reconstruct/handles.h"
+#include "stages/reconstruct/walls.h"
 
 namespace geocage::stages {
 namespace {
@@ -209,6 +212,89 @@ TEST(Reconstruct, SaysWhatFailed) {
   auto bare = half_seen_ball();
   bare.normals.clear();
   EXPECT_THROW(reconstruct({}, run, bare), pipeline::UserError);
+}
+
+/// A plate of 120 x 40 x 8 mm of cubes of 2 mm with square holes through it, of these half sides: each is a
+/// handle.
+geometry::TriangleMesh plate_with_holes(const std::vector<double>& half_m) {
+  const int n = 60;
+  const double cell = 0.002;
+  geometry::TriangleMesh mesh;
+  const auto solid = [&](int x, int y, int z) {
+    if (x < 0 || y < 0 || z < 0 || x >= n || y >= 20 || z >= 4) return false;
+    for (std::size_t k = 0; k < half_m.size(); ++k) {
+      const double u = (x + 0.5 - 15 * (static_cast<double>(k) + 1)) * cell, v = (y + 0.5 - 10) * cell;
+      if (std::max(std::abs(u), std::abs(v)) < half_m[k]) return false;
+    }
+    return true;
+  };
+  std::map<std::array<int, 3>, int> number;
+  const auto vertex = [&](const std::array<int, 3>& at) {
+    const auto [it, fresh] = number.try_emplace(at, static_cast<int>(mesh.vertices.size()));
+    if (fresh) mesh.vertices.emplace_back(cell * Vec3(at[0], at[1], at[2]));
+    return it->second;
+  };
+  for (int x = 0; x < n; ++x)
+    for (int y = 0; y < 20; ++y)
+      for (int z = 0; z < 4; ++z)
+        for (int axis = 0; axis < 3; ++axis)
+          for (int side : {0, 1}) {
+            std::array<int, 3> next = {x, y, z};
+            next[axis] += side ? 1 : -1;
+            if (!solid(x, y, z) || solid(next[0], next[1], next[2])) continue;
+            std::array<int, 3> a = {x, y, z};
+            a[axis] += side;
+            auto b = a, c = a, d = a;
+            const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+            ++b[u], ++c[u], ++c[v], ++d[v];
+            if (!side) std::swap(b, d);
+            mesh.triangles.push_back({vertex(a), vertex(b), vertex(c)});
+            mesh.triangles.push_back({vertex(a), vertex(c), vertex(d)});
+          }
+  return mesh;
+}
+
+// Square holes of 4, 8 and 28 mm a side: loops of 16 and 32 mm run round the rims of the first two. Beside
+// the last the plate is a bar of 6 x 8 mm, 28 mm round, shorter than the hole's rim: that handle is cut
+// through.
+TEST(Reconstruct, SmallHandlesAreCutAndLargeOnesKept) {
+  const auto plate = plate_with_holes({0.002, 0.004, 0.014});
+  ASSERT_EQ(check_mesh(plate).euler, 2 - 2 * 3);
+  ASSERT_EQ(geometry::flaw_of_solid(plate), "");
+  for (const auto& [loop_m, cut] : {std::pair{0.01, 0}, {0.02, 1}, {0.03, 2}, {0.04, 3}}) {
+    auto mesh = plate;
+    const auto done = cut_small_handles(mesh, loop_m);
+    EXPECT_EQ(done.handles, cut) << loop_m;
+    EXPECT_EQ(check_mesh(mesh).euler, 2 - 2 * (3 - cut)) << loop_m;
+    EXPECT_EQ(geometry::flaw_of_solid(mesh), "") << loop_m;
+    EXPECT_LE(done.moved_m, loop_m / 2);
+  }
+}
+
+// A plate of 1 mm in noise of 1 mm: both its sides are at z = +-0.5 mm, facing away from each other. Each
+// point then lies 2.5 mm out but for its own noise, whose mean over both sides' four and more neighbours in
+// 5 x 5 mm leaves half a millimetre.
+TEST(Reconstruct, SidesOfThinWallsArePushedApart) {
+  geometry::PointCloud cloud;
+  geometry::RandomStream random(3, 0);
+  for (int x = 0; x < 40; ++x)
+    for (int y = 0; y < 40; ++y)
+      for (double side : {-1.0, 1.0}) {
+        cloud.points.emplace_back(0.001 * x, 0.001 * y, 0.0005 * side + 0.001 * random.normal());
+        cloud.normals.emplace_back(0, 0, side);
+      }
+  const auto before = cloud;
+  const auto done = thicken_walls(cloud, 0.005);
+  EXPECT_GT(done.points, 0.99 * static_cast<double>(cloud.size()));
+  double mean[2] = {0, 0};
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_LT((cloud.points[i] - before.points[i]).head<2>().norm(), 1e-12);  // along normals only
+    mean[cloud.normals[i].z() > 0] += 2 * cloud.points[i].z() / static_cast<double>(cloud.size());
+  }
+  EXPECT_NEAR(mean[1] - mean[0], 0.005, 0.0005);
+  auto thick = before;  // and walls that are thick enough stay
+  for (std::size_t i = 0; i < thick.size(); ++i) thick.points[i].z() += 0.01 * thick.normals[i].z();
+  EXPECT_EQ(thicken_walls(thick, 0.005).points, 0u);
 }
 
 }  // namespace

@@ -105,6 +105,21 @@ TEST(Remesh, ThinRimsStay) {
   EXPECT_LT(run.metrics().at("hausdorff_m"), 0.002);
 }
 
+// Both sides of a wall of 0.2 mm cut each other somewhere when edges are forty times as long: a wrap takes
+// their place, said by its size and by the distance that it moved the surface, at most alpha + offset on a
+// wall.
+TEST(Remesh, WhatEdgesCanNotFollowIsWrapped) {
+  const auto shape = datasets::cup(0.04, 0.1, 0.0002, 80);
+  pipeline::Run run;
+  const auto mesh = remesh({.edge_length_m = 0.008}, run, shape);
+  const auto report = check_mesh(mesh);
+  EXPECT_TRUE(report.closed_manifold()) << flaw(report);
+  EXPECT_TRUE(geometry::crossing_triangles(mesh).empty());
+  const double alpha_m = run.metrics().at("wrap_alpha_m");
+  EXPECT_GT(alpha_m, 0);
+  EXPECT_LT(run.metrics().at("hausdorff_m"), 1.25 * alpha_m + 0.004);  // and half an edge
+}
+
 TriangleMesh shuffled(TriangleMesh mesh, unsigned seed) {
   std::mt19937 random(seed);
   const auto shuffle = [&](auto& list) {

@@ -1,0 +1,276 @@
+#include "cli/results_table.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "hands/grasp.h"
+#include "reports/bootstrap.h"
+#include "reports/results.h"
+#include "reports/statistics.h"
+
+namespace geocage::cli {
+
+namespace fs = std::filesystem;
+using pipeline::SlotResult;
+
+namespace {
+
+using Row = std::map<std::string, Cell>;  ///< by column
+
+Cell number(double x) {
+  return std::isfinite(x) ? Cell(x) : Cell();
+}
+
+/// A level as a number where it is one.
+Cell level_cell(const std::string& text) {
+  double x = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, x);
+  return error == std::errc() && rest == end ? Cell(x) : Cell(text);
+}
+
+/// The stage that a pair was lost at: its own first slot that has no value.
+std::string lost_at(const FlowPair& pair, const std::map<std::string, const SlotResult*>& slots) {
+  for (const auto& name : pair.slots) {
+    const auto it = slots.find(name);
+    if (it != slots.end() && it->second->state == pipeline::SlotState::failed) return it->second->stage;
+  }
+  return "";
+}
+
+/// Columns of a grasp: its scores and what became of it.
+void describe_grasp(const hands::Grasp& grasp, Row& row) {
+  row["heuristic"] = grasp.heuristic;
+  row["force_closure"] = grasp.force_closure;
+  for (const auto& [name, value] : grasp.scores) row["score_" + name] = number(value);
+}
+
+void describe_approach(const reports::Approach& way, Row& row) {
+  row["approach_outcome"] = way.outcome;
+  row["approach_s"] = number(way.seconds);
+  row["min_clearance_m"] = number(way.min_clearance_m);
+  row["certified"] = way.certified ? 1.0 : 0.0;
+}
+
+void describe_evaluation(const reports::Evaluations& all, const reports::EvaluationResult& result, Row& row) {
+  row["protocol"] = all.protocol;
+  row["object_geometry"] = all.object_geometry;
+  row["outcome"] = result.outcome;
+  row["reason"] = result.reason;
+  row["held"] = result.outcome == "held" ? 1.0 : 0.0;
+  row["drift_m"] = number(result.drift_m);
+  row["drift_rad"] = number(result.drift_rad);
+  row["directions"] = static_cast<double>(result.directions.size());
+  row["directions_held"] =
+      static_cast<double>(std::ranges::count(result.directions, true, &reports::DirectionResult::held));
+}
+
+/// The rows of one pair.
+class PairRows {
+ public:
+  PairRows(const FlowPair& pair, const PairResult& result,
+           const std::map<std::string, const SlotResult*>& slots)
+      : pair_(pair), slots_(slots) {
+    common_["object"] = pair.base;
+    common_["hand"] = pair.hand;
+    common_["variant"] = pair.object.substr(pair.base.size());
+    common_["pair_outcome"] = std::string(word(result.outcome));
+    common_["lost_at"] = result.outcome == PairOutcome::rejected ? "place" : lost_at(pair, slots);
+    common_["sentence"] = result.sentence;
+    common_["held"] = 0.0;
+    for (const auto& [name, value] : pair.levels) common_[name] = level_cell(value);
+  }
+
+  std::vector<Row> rows() const {
+    const fs::path place = folder_of(pair_.place_slot);
+    if (place.empty()) return {common_};
+    const auto set = hands::read_grasps(place / "grasps.json");
+    const fs::path approach = folder_of(pair_.approach_slot), evaluate = folder_of(pair_.evaluate_slot);
+    const auto ways =
+        approach.empty() ? std::vector<reports::Approach>{} : reports::read_approaches(approach);
+    const auto tests = evaluate.empty() ? reports::Evaluations{} : reports::read_evaluations(evaluate);
+    std::vector<Row> rows;
+    for (std::size_t i = 0; i < set.grasps.size(); ++i) {
+      Row& row = rows.emplace_back(common_);
+      row["grasp"] = static_cast<double>(i);
+      describe_grasp(set.grasps[i], row);
+      if (i < ways.size()) describe_approach(ways[i], row);
+      for (const auto& test : tests.grasps)
+        if (test.grasp == static_cast<int>(i)) describe_evaluation(tests, test, row);
+    }
+    return rows.empty() ? std::vector<Row>{common_} : rows;
+  }
+
+ private:
+  fs::path folder_of(const std::string& slot) const {
+    const auto it = slots_.find(slot);
+    return it == slots_.end() ? fs::path() : it->second->folder;
+  }
+  const FlowPair& pair_;
+  const std::map<std::string, const SlotResult*>& slots_;
+  Row common_;
+};
+
+bool is_seed(const std::string& name) {
+  return name.ends_with(".seed");
+}
+
+/// Rows of the table of grasps by names of columns.
+class Reader {
+ public:
+  explicit Reader(const Table& table) {
+    for (std::size_t i = 0; i < table.columns.size(); ++i) place_[table.columns[i]] = i;
+  }
+  const Cell& cell(const std::vector<Cell>& row, const std::string& name) const {
+    return row[place_.at(name)];
+  }
+  double held(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held")); }
+  /// The pair's best grasp, or the row that says that it has none.
+  bool best(const std::vector<Cell>& row) const {
+    const auto* grasp = std::get_if<double>(&cell(row, "grasp"));
+    return !grasp || *grasp == 0;
+  }
+  std::vector<Cell> cells(const std::vector<Cell>& row, const std::vector<std::string>& names) const {
+    std::vector<Cell> found;
+    for (const auto& name : names) found.push_back(cell(row, name));
+    return found;
+  }
+
+ private:
+  std::map<std::string, std::size_t> place_;
+};
+
+using ByObject = std::map<Cell, std::vector<double>>;
+std::vector<std::vector<double>> groups_of(const ByObject& objects) {
+  std::vector<std::vector<double>> groups;
+  for (const auto& [object, values] : objects) groups.push_back(values);
+  return groups;
+}
+
+std::vector<std::string> settings_of(const Flow& flow) {
+  std::vector<std::string> names;
+  for (const auto& name : flow.swept)
+    if (!is_seed(name)) names.push_back(name);
+  return names;
+}
+
+}  // namespace
+
+Table grasp_table(const Flow& flow, const RunSummary& summary) {
+  std::map<std::string, const SlotResult*> slots;
+  for (const auto& slot : summary.slots) slots[slot.slot] = &slot;
+  std::vector<Row> rows;
+  for (std::size_t i = 0; i < flow.pairs.size(); ++i)
+    for (Row& row : PairRows(flow.pairs[i], summary.pairs[i], slots).rows()) rows.push_back(std::move(row));
+
+  Table table{"grasps", {"object", "hand", "variant"}, {}};
+  table.columns.insert(table.columns.end(), flow.swept.begin(), flow.swept.end());
+  for (const char* name : {"pair_outcome", "lost_at", "sentence", "grasp", "heuristic", "force_closure"})
+    table.columns.emplace_back(name);
+  std::set<std::string> scores;
+  for (const auto& row : rows)
+    for (const auto& [name, value] : row)
+      if (name.starts_with("score_")) scores.insert(name);
+  table.columns.insert(table.columns.end(), scores.begin(), scores.end());
+  for (const char* name :
+       {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol", "object_geometry",
+        "outcome", "reason", "held", "drift_m", "drift_rad", "directions", "directions_held"})
+    table.columns.emplace_back(name);
+  for (Row& row : rows) {
+    auto& cells = table.rows.emplace_back();
+    for (const auto& name : table.columns) cells.push_back(row[name]);
+  }
+  return table;
+}
+
+Table rate_table(const Flow& flow, const Table& grasps) {
+  const Reader read(grasps);
+  auto keys = settings_of(flow);
+  keys.insert(keys.begin(), "hand");
+  std::map<std::pair<std::string, std::vector<Cell>>, ByObject> cases;
+  for (const auto& row : grasps.rows) {
+    const auto key = read.cells(row, keys);
+    cases[{"grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
+    if (read.best(row)) cases[{"best grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
+  }
+  Table table{"rates", {"measure"}, {}};
+  table.columns.insert(table.columns.end(), keys.begin(), keys.end());
+  for (const char* name :
+       {"objects", "trials", "held", "rate", "wilson_low", "wilson_high", "bootstrap_low", "bootstrap_high"})
+    table.columns.emplace_back(name);
+  for (const auto& [key, objects] : cases) {
+    int trials = 0, held = 0;
+    for (const auto& [object, values] : objects)
+      for (double x : values) {
+        ++trials;
+        held += x > 0;
+      }
+    const auto wilson = reports::wilson(held, trials);
+    const auto bootstrap = reports::bootstrap_over_groups(groups_of(objects));
+    auto& row = table.rows.emplace_back();
+    row.emplace_back(key.first);
+    row.insert(row.end(), key.second.begin(), key.second.end());
+    for (double x : {double(objects.size()), double(trials), double(held), wilson.share, wilson.low,
+                     wilson.high, bootstrap.low, bootstrap.high})
+      row.emplace_back(x);
+  }
+  return table;
+}
+
+Table paired_table(const Flow& flow, const Table& grasps) {
+  Table table{"paired",
+              {"setting", "first", "other", "hand", "objects", "pairs", "gained", "lost", "mean_difference",
+               "bootstrap_low", "bootstrap_high"},
+              {}};
+  const Reader read(grasps);
+  for (const auto& setting : settings_of(flow)) {
+    std::vector<std::string> keys = {"object", "hand"};
+    for (const auto& name : flow.swept)
+      if (name != setting) keys.push_back(name);
+    std::vector<Cell> levels;  // in the flow's order
+    std::map<std::vector<Cell>, std::map<Cell, double>> trials;
+    for (const auto& row : grasps.rows) {
+      if (!read.best(row)) continue;
+      const Cell& level = read.cell(row, setting);
+      if (std::ranges::find(levels, level) == levels.end()) levels.push_back(level);
+      trials[read.cells(row, keys)][level] = read.held(row);
+    }
+    for (std::size_t k = 1; k < levels.size(); ++k) {
+      std::map<Cell, ByObject> hands;
+      for (const auto& [key, held] : trials)
+        if (held.contains(levels[0]) && held.contains(levels[k]))
+          hands[key[1]][key[0]].push_back(held.at(levels[k]) - held.at(levels[0]));
+      for (const auto& [hand, objects] : hands) {
+        double pairs = 0, gained = 0, lost = 0;
+        for (const auto& [object, values] : objects)
+          for (double x : values) {
+            ++pairs;
+            gained += x > 0;
+            lost += x < 0;
+          }
+        const auto mean = reports::bootstrap_over_groups(groups_of(objects));
+        table.rows.push_back({setting, levels[0], levels[k], hand, double(objects.size()), pairs, gained,
+                              lost, mean.mean, mean.low, mean.high});
+      }
+    }
+  }
+  return table;
+}
+
+fs::path write_results(const Flow& flow, const RunSummary& summary, const fs::path& folder) {
+  const Table grasps = grasp_table(flow, summary);
+  const fs::path csv = folder / "results.csv";
+  fs::create_directories(folder);
+  std::ofstream out(csv, std::ios::binary);
+  out << csv_text(grasps);
+  out.close();
+  if (!out) throw std::system_error(EIO, std::generic_category(), csv.string());
+  write_database({grasps, rate_table(flow, grasps), paired_table(flow, grasps)}, folder / "results.sqlite");
+  return csv;
+}
+
+}  // namespace geocage::cli

@@ -1,0 +1,134 @@
+#include "physics/cage_world.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/bullet_eigen.h"
+
+namespace geocage::physics {
+namespace {
+
+using geometry::Pose;
+using geometry::Vec3;
+
+btRigidBody::btRigidBodyConstructionInfo body_info(const ObjectBody& object, FieldShape& shape,
+                                                   const Pose& X_WO) {
+  btRigidBody::btRigidBodyConstructionInfo info(object.mass_kg, nullptr, &shape,
+                                                bullet(object.inertia_kg_m2));
+  info.m_startWorldTransform = bullet(Pose(X_WO * object.X_OB));
+  info.m_friction = 0;
+  return info;
+}
+
+btTransform capsule_pose(const hands::PlacedCapsule& capsule) {
+  const Vec3 axis = capsule.b - capsule.a;
+  Pose X = Pose::Identity();
+  if (axis.norm() > 0) X.linear() = geometry::frame_from_z(axis.normalized());
+  X.translation() = 0.5 * (capsule.a + capsule.b);
+  return bullet(X);
+}
+
+}  // namespace
+
+CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object, double radius_m,
+                     const std::vector<hands::PlacedCapsule>& hand_W, const Pose& X_WO, std::uint64_t seed)
+    : radius_m_(radius_m),
+      engine_(engine),
+      shape_(*object.field, object.X_OB.inverse(), engine.contact_m),
+      object_(body_info(object, shape_, X_WO)),
+      dispatcher_(&configuration_),
+      world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
+  dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
+                                          &capsule_field_);
+  solver_.setRandSeed(static_cast<unsigned long>(seed));
+  btContactSolverInfo& info = world_.getSolverInfo();
+  info.m_numIterations = engine.iterations;
+  info.m_solverMode = SOLVER_USE_WARMSTARTING | SOLVER_SIMD;
+  info.m_splitImpulse = 1;
+  info.m_splitImpulsePenetrationThreshold = 0;  // every depth is undone by moving, none by speed
+  info.m_erp = info.m_erp2 = 0.2;
+  info.m_globalCfm = 0;
+  info.m_restitution = 0;
+  world_.setGravity(btVector3(0, 0, 0));
+
+  for (const hands::PlacedCapsule& capsule : hand_W) {
+    capsules_.push_back(std::make_unique<btCapsuleShapeZ>(capsule.radius_m, (capsule.b - capsule.a).norm()));
+    hand_shape_.addChildShape(capsule_pose(capsule), capsules_.back().get());
+  }
+  hand_.setCollisionShape(&hand_shape_);
+  hand_.setFriction(0);
+  object_.setActivationState(DISABLE_DEACTIVATION);
+  object_.setDamping(0, 0);
+  if (engine.axis_locked) object_.setLinearFactor(btVector3(1, 1, 0));
+  world_.addRigidBody(&object_, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
+  world_.addCollisionObject(&hand_, btBroadphaseProxy::StaticFilter, btBroadphaseProxy::DefaultFilter);
+}
+
+int CageWorld::step(const Vec3& force_W_n, const Vec3& torque_W_nm) {
+  penetration_m_ = 0;
+  const double kick = force_W_n.norm() * object_.getInvMass() * engine_.dt_s;
+  const double surface_m_s = velocity_m_s().norm() + kick + radius_m_ * spin_rad_s().norm();
+  const double wanted = std::ceil(surface_m_s * engine_.dt_s / engine_.most_motion_m);
+  const int parts = static_cast<int>(std::clamp<double>(wanted, 1, engine_.most_parts));
+  const double dt = engine_.dt_s / parts;
+  for (int part = 0; part < parts; ++part) {
+    object_.applyCentralForce(bullet(force_W_n));
+    object_.applyTorque(bullet(torque_W_nm));
+    shape_.set_contact_m(engine_.contact_m + std::min(surface_m_s * dt, engine_.most_motion_m));
+    world_.stepSimulation(dt, 0);
+    penetration_m_ = std::max(penetration_m_, deepest_contact_m(dispatcher_));
+    if (engine_.damping_s <= 0) continue;
+    const double kept = std::exp(-dt / engine_.damping_s);
+    object_.setLinearVelocity(kept * object_.getLinearVelocity());
+    object_.setAngularVelocity(kept * object_.getAngularVelocity());
+  }
+  return parts;
+}
+
+Pose CageWorld::X_WB() const {
+  return eigen(object_.getWorldTransform());
+}
+Vec3 CageWorld::velocity_m_s() const {
+  return eigen(object_.getLinearVelocity());
+}
+Vec3 CageWorld::spin_rad_s() const {
+  return eigen(object_.getAngularVelocity());
+}
+
+double CageWorld::pierced_share() const {
+  constexpr double shallow_m = 5e-4;  // no wall that a field shows is that thin
+  const Pose X_OB = eigen(shape_.X_BO().inverse());
+  double share = 0;
+  const btDispatcher& dispatcher = dispatcher_;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+    for (int j = 0; j < manifold->getNumContacts(); ++j) {
+      const btManifoldPoint& contact = manifold->getContactPoint(j);
+      if (contact.getDistance() > -shallow_m) continue;
+      const bool second = manifold->getBody1() == &object_;
+      const Vec3 p_O = X_OB * eigen(second ? contact.m_localPointB : contact.m_localPointA);
+      const double thickness = thickness_m(shape_.field(), p_O);
+      share = std::max(share, -contact.getDistance() / std::max(thickness, 1e-9));
+    }
+  }
+  return share;
+}
+
+double thickness_m(const geometry::SignedDistanceField& field, const Vec3& p_O) {
+  constexpr double step_m = 2.5e-4, farthest_m = 0.02;
+  Vec3 slope;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 h = field.cell_m * Vec3::Unit(axis);
+    slope[axis] = field.value(p_O + h) - field.value(p_O - h);
+  }
+  const Vec3 inward = -slope.stableNormalized();
+  double deepest = 0;
+  for (double s = 0; s < farthest_m; s += step_m) {
+    const double depth = -field.value(p_O + s * inward);
+    if (depth < deepest - 2 * step_m) break;
+    deepest = std::max(deepest, depth);
+  }
+  return 2 * deepest;
+}
+
+}  // namespace geocage::physics

@@ -1,0 +1,36 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "physics/escape_test.h"
+
+namespace geocage::physics {
+
+struct EscapeSearchRule {
+  int samples = 5000;         ///< random poses that the two trees grow towards
+  double step_m = 0.02;       ///< longest edge of a tree: translation plus turn times the object's radius
+  double tolerance_m = 5e-4;  ///< a capsule may be that deep on the way
+  double recheck_m = 2e-4;    ///< a path that was found is looked at again this densely
+};
+
+/// What a search for a way out of the locked hand found. Not finding one is no proof of a cage.
+struct EscapeSearch {
+  enum class Result {
+    found,      ///< `path` leads outside and was checked again, densely
+    not_found,  ///< with so many samples
+    stuck       ///< the start itself is too deep in the hand
+  } result = Result::not_found;
+  int samples = 0;
+  double path_m = 0;                    ///< length of the translation
+  double deepest_m = 0;                 ///< of any capsule on the path, 0 when free
+  std::vector<geometry::Pose> path_WO;  ///< from the start on, W the frame of O at the start
+};
+
+/// RRT-Connect (Kuffner and LaValle 2000; OMPL) in SE(3), from the grasp and from 162 poses outside. A motion
+/// is looked at by conservative advancement: it may go on by the smallest clearance before the next look. The
+/// tolerance grows by what the grasp itself is inside the object, at most 1 mm more: else `stuck`. Same seed,
+/// same path. O(samples * capsules) field queries.
+EscapeSearch search_escape(const geometry::SignedDistanceField& field, const EscapeTest& escape,
+                           const EscapeSearchRule& rule, std::uint64_t seed);
+
+}  // namespace geocage::physics

@@ -1,0 +1,88 @@
+#pragma once
+#include <array>
+
+#include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+
+#include "geometry/distance_field.h"
+#include "hands/hand.h"
+
+namespace geocage::physics {
+
+/// A rigid body's shape as a signed distance field: exact topology (holes, cups), one lookup a query. Body
+/// frame B may differ from the field's frame O. Collides with capsules only, once FieldCapsuleAlgorithm is
+/// registered.
+class FieldShape final : public btConcaveShape {
+ public:
+  /// `field` must outlive the shape. `contact_m`: the gap from which on contacts are made.
+  FieldShape(const geometry::SignedDistanceField& field, const geometry::Pose& X_BO, double contact_m);
+
+  const geometry::SignedDistanceField& field() const { return field_; }
+  const btTransform& X_BO() const { return X_BO_; }
+  double contact_m() const { return contact_m_; }
+  void set_contact_m(double gap) { contact_m_ = gap; }
+
+  void getAabb(const btTransform& X_WB, btVector3& low, btVector3& high) const override;
+  void processAllTriangles(btTriangleCallback*, const btVector3&, const btVector3&) const override {}
+  void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
+  void setLocalScaling(const btVector3&) override {}
+  const btVector3& getLocalScaling() const override { return scaling_; }
+  const char* getName() const override { return "signed distance field"; }
+
+ private:
+  const geometry::SignedDistanceField& field_;
+  btTransform X_BO_;
+  double contact_m_;
+  btVector3 scaling_{1, 1, 1};
+};
+
+/// A place on a capsule's axis where its surface is near the object's.
+struct FieldContact {
+  geometry::Vec3 p_O, n_O;  ///< on the axis; outward unit normal of the object
+  double value_m;           ///< distance of p_O to the object's surface
+};
+
+/// The deepest places, at most as many as a Bullet manifold keeps.
+struct FieldContacts {
+  static constexpr int capacity = 4;
+  std::array<FieldContact, capacity> items;
+  int size = 0;
+};
+
+/// Of each stretch of the axis whose gap to the object is below `contact_m`: its deepest place and the two
+/// ends of the part around it that is as deep (samples every 4 mm, the deepest refined by golden section).
+/// Normals by central differences over a coarse cell: the interpolant's own gradient jumps at cell faces.
+/// O(length) lookups.
+FieldContacts field_contacts(const geometry::SignedDistanceField& field,
+                             const hands::PlacedCapsule& capsule_O, double contact_m);
+
+/// Bullet's narrow phase between a capsule, first, and a FieldShape. The capsules of a link are children of a
+/// compound, and Bullet asks with the child first, whichever body comes first. The contacts of a step are a
+/// function of the poses of that step: nothing is cached from the steps before.
+class CapsuleFieldAlgorithm final : public btActivatingCollisionAlgorithm {
+ public:
+  CapsuleFieldAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                        const btCollisionObjectWrapper* link, const btCollisionObjectWrapper* object);
+  ~CapsuleFieldAlgorithm() override;
+
+  void processCollision(const btCollisionObjectWrapper* link, const btCollisionObjectWrapper* object,
+                        const btDispatcherInfo&, btManifoldResult* result) override;
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override {
+    return 1;
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
+
+  struct Create final : btCollisionAlgorithmCreateFunc {
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* link,
+                                                   const btCollisionObjectWrapper* object) override;
+  };
+
+ private:
+  btPersistentManifold* manifold_;
+};
+
+}  // namespace geocage::physics

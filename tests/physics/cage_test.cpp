@@ -1,0 +1,172 @@
+#include <cmath>
+#include <numbers>
+
+#include "physics/cage_trial.h"
+#include "physics/escape_search.h"
+#include <gtest/gtest.h>
+
+#include "tests/physics/scenes.h"
+
+namespace geocage::physics {
+namespace {
+
+using hands::PlacedCapsule;
+
+constexpr double R = 0.05, r = 0.008, bar_m = 0.006, mass = 0.1;
+
+const geometry::SignedDistanceField& ring_field() {
+  static const auto field =
+      filled(Vec3(0.09, 0.09, 0.04), 0.002, [](const Vec3& p) { return torus_distance(p, R, r); });
+  return field;
+}
+
+ObjectBody ring() {
+  return torus_body(ring_field(), R, r, mass);
+}
+
+/// A bar along z through the middle of the ring, and where there are end stops a fence of bars at each end,
+/// farther apart than the ring is thick, closer than it is wide.
+std::vector<PlacedCapsule> bar(bool stops) {
+  std::vector<PlacedCapsule> capsules = {{Vec3(0, 0, -0.06), Vec3(0, 0, 0.06), bar_m}};
+  for (const double z : {-0.06, 0.06})
+    for (int spoke = 0; stops && spoke < 6; ++spoke) {
+      const double angle = spoke * std::numbers::pi / 3;
+      capsules.push_back({Vec3(0, 0, z), Vec3(0.12 * std::cos(angle), 0.12 * std::sin(angle), z), bar_m});
+    }
+  return capsules;
+}
+
+EscapeTest around_ring(bool stops) {
+  return {ring(), R + r, bar(stops)};
+}
+
+// Hung on a bar without friction a ring stays in its plane and leaves along the bar; end stops hold it there.
+TEST(Cage, a_ring_on_a_bar_leaves_along_the_bar_only_and_end_stops_hold_it) {
+  const CageProtocol protocol;
+  const ObjectBody body = ring();
+  for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(-0.6, 0.8, 0)})
+    EXPECT_EQ(pull_trial(protocol, body, around_ring(true), way, 0).outcome, Outcome::held);
+  for (const double side : {1.0, -1.0}) {
+    const Vec3 way = side * Vec3::UnitZ();
+    EXPECT_EQ(pull_trial(protocol, body, around_ring(false), way, 0).outcome, Outcome::lost);
+    EXPECT_EQ(pull_trial(protocol, body, around_ring(true), way, 0).outcome, Outcome::held);
+  }
+}
+
+// The ring test locks the axis: the bar without end stops is a cage for it, in every direction of the plane.
+TEST(Cage, the_ring_test_asks_about_the_plane_only) {
+  const CageProtocol protocol;
+  for (int k = 0; k < 4; ++k) {
+    const CageTrial trial =
+        ring_trial(protocol, ring(), around_ring(false), Vec3::UnitZ(), k * std::numbers::pi / 2, 0);
+    EXPECT_EQ(trial.outcome, Outcome::held) << k;
+    EXPECT_NEAR(trial.max_displacement_m, R - r - bar_m, 1e-3) << k;  // until its inside meets the bar
+  }
+  // A bar beside the ring holds nothing.
+  const EscapeTest beside(ring(), R + r, {{Vec3(0.1, 0, -0.06), Vec3(0.1, 0, 0.06), bar_m}});
+  EXPECT_EQ(ring_trial(protocol, ring(), beside, Vec3::UnitZ(), 0, 0).outcome, Outcome::lost);
+}
+
+// Random wrenches find the way out of the bare bar in 10 s, never that of the bar with end stops, and the
+// walls stay walls.
+TEST(Cage, random_wrenches_find_the_open_end) {
+  const CageProtocol protocol;
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    EXPECT_EQ(wrench_trial(protocol, ring(), around_ring(false), 2, seed).outcome, Outcome::lost) << seed;
+    const CageTrial stopped = wrench_trial(protocol, ring(), around_ring(true), 2, seed);
+    EXPECT_EQ(stopped.outcome, Outcome::held) << seed;
+    EXPECT_LT(stopped.penetration_m, 2e-3) << seed;  // half the tube is 8 mm
+  }
+}
+
+// The positive control: a ball in a box of six fat capsules with 0.5 mm of play stays whatever pulls.
+TEST(Cage, a_ball_in_a_closed_box_stays) {
+  const double ball_m = 0.03, wall_m = 0.05, play = 5e-4;
+  const auto field = filled(Vec3::Constant(0.09), 0.003, [&](const Vec3& p) { return p.norm() - ball_m; });
+  std::vector<PlacedCapsule> walls;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {1.0, -1.0}) {
+      const Vec3 center = side * (ball_m + wall_m + play) * Vec3::Unit(axis),
+                 along = 0.02 * Vec3::Unit((axis + 1) % 3);
+      walls.push_back({center - along, center + along, wall_m});
+    }
+  const ObjectBody ball{&field, mass, Pose::Identity(), Vec3::Constant(0.4 * mass * ball_m * ball_m)};
+  const EscapeTest escape(ball, ball_m, walls);
+  CageProtocol protocol;
+  for (const double amplitude : {1.0, 5.0, 20.0})
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      const CageTrial trial = wrench_trial(protocol, ball, escape, amplitude, seed);
+      EXPECT_EQ(trial.outcome, Outcome::held);
+      EXPECT_LT(trial.penetration_m, CageEngine{}.most_motion_m / 3);  // one wall of three, at a corner
+    }
+}
+
+// Symplectic Euler without damping: z = g t (t + dt) / 2, exactly.
+TEST(Cage, falls_freely_as_symplectic_euler_does) {
+  CageEngine engine;
+  engine.damping_s = 0;
+  engine.most_motion_m = 1e9;
+  CageWorld world(engine, ring(), 0, {}, Pose::Identity(), 0);
+  for (int i = 0; i < 240; ++i) world.step(Vec3(0, 0, -mass * 10), Vec3::Zero());
+  EXPECT_NEAR(world.X_WB().translation().z(), -5 * (1 + engine.dt_s), 1e-9);
+}
+
+// With damping the speed tends to g dt / (exp(dt / tau) - 1), just before it is damped: the fixed point of
+// v <- (v + g dt) exp(-dt / tau).
+TEST(Cage, damped_falls_reach_the_closed_forms_speed) {
+  const CageEngine engine;
+  CageWorld world(engine, ring(), 0, {}, Pose::Identity(), 0);
+  for (int i = 0; i < 240; ++i) world.step(Vec3(0, 0, -mass * 10), Vec3::Zero());
+  const double speed = 10 * engine.dt_s / (std::exp(engine.dt_s / engine.damping_s) - 1);
+  EXPECT_NEAR(world.velocity_m_s().z(), -speed, 1e-9);
+}
+
+TEST(Cage, same_seed_same_numbers_other_seed_others) {
+  const CageProtocol protocol;
+  const auto run = [&](std::uint64_t seed) {
+    return wrench_trial(protocol, ring(), around_ring(true), 2, seed);
+  };
+  EXPECT_EQ(run(7).max_displacement_m, run(7).max_displacement_m);
+  EXPECT_NE(run(7).max_displacement_m, run(8).max_displacement_m);
+}
+
+TEST(Escape, knows_inside_beside_and_gone) {
+  const EscapeTest escape = around_ring(false);
+  EXPECT_FALSE(escape.gone(Pose::Identity()));
+  EXPECT_TRUE(escape.straight_way_out(Pose::Identity()));  // along the bar
+  EXPECT_FALSE(around_ring(true).straight_way_out(Pose::Identity()));
+  EXPECT_TRUE(escape.gone(Pose(Eigen::Translation3d(0.3, 0, 0))));
+  EXPECT_TRUE(escape.beside(Pose(Eigen::Translation3d(0.04, 0, 0))));
+  EXPECT_FALSE(escape.beside(Pose::Identity()));
+}
+
+// The search finds the open end of the bar, whose way out is a straight line and needs no random pose; from
+// the bar with end stops there is none, and the search never claims one.
+TEST(Escape, search_finds_the_open_end_and_no_other) {
+  const EscapeSearch out = search_escape(ring_field(), around_ring(false), {}, 0);
+  ASSERT_EQ(out.result, EscapeSearch::Result::found);
+  EXPECT_TRUE(around_ring(false).gone(out.path_WO.back()) || around_ring(false).beside(out.path_WO.back()));
+  EXPECT_LE(out.deepest_m, EscapeSearchRule{}.tolerance_m);
+  EXPECT_TRUE(out.path_WO.front().isApprox(Pose::Identity(), 1e-12));
+  const EscapeSearch caged = search_escape(ring_field(), around_ring(true), {.samples = 1000}, 0);
+  EXPECT_EQ(caged.result, EscapeSearch::Result::not_found);
+  EXPECT_GE(caged.samples, 1000);
+}
+
+TEST(Escape, search_is_the_same_for_the_same_seed) {
+  const auto once = search_escape(ring_field(), around_ring(false), {}, 3);
+  const auto again = search_escape(ring_field(), around_ring(false), {}, 3);
+  ASSERT_EQ(once.path_WO.size(), again.path_WO.size());
+  for (std::size_t i = 0; i < once.path_WO.size(); ++i)
+    EXPECT_EQ(once.path_WO[i].matrix(), again.path_WO[i].matrix());
+}
+
+TEST(Escape, thickness_of_a_tube_and_a_plate) {
+  EXPECT_NEAR(thickness_m(ring_field(), Vec3(R + r, 0, 0)), 2 * r, 5e-4);
+  const auto plate =
+      filled(Vec3::Constant(0.03), 0.001, [](const Vec3& p) { return std::abs(p.z()) - 0.003; });
+  EXPECT_NEAR(thickness_m(plate, Vec3(0, 0, 0.003)), 0.006, 5e-4);
+}
+
+}  // namespace
+}  // namespace geocage::physics

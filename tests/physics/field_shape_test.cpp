@@ -1,0 +1,59 @@
+#include "physics/field_shape.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "tests/physics/scenes.h"
+
+namespace geocage::physics {
+namespace {
+
+constexpr double cell_m = 0.002, contact_m = 1e-3;
+
+// Interpolating a distance of curvature 1/d errs by at most 2 h^2 / (8 d): 0.03 mm here, and normals by about
+// h^2/d^2.
+TEST(FieldContacts, of_a_sphere_lie_where_the_axis_is_nearest) {
+  const double R = 0.03, r = 0.012;
+  const auto field = filled(Vec3::Constant(0.07), cell_m, [&](const Vec3& p) { return p.norm() - R; });
+  const Vec3 nearest = (R + r + 0.5e-3) * Vec3(1, 2, 2) / 3, along = Vec3(2, -2, 1) / 3;  // orthogonal
+  const FieldContacts found =
+      field_contacts(field, {nearest - 0.017 * along, nearest + 0.03 * along, r}, contact_m);
+  ASSERT_GE(found.size, 1);
+  const auto& deepest = *std::min_element(found.items.begin(), found.items.begin() + found.size,
+                                          [](auto& a, auto& b) { return a.value_m < b.value_m; });
+  EXPECT_NEAR(deepest.value_m - r, 0.5e-3, 3e-5);
+  EXPECT_LT((deepest.n_O - nearest.normalized()).norm(), 0.01);
+  EXPECT_LT((deepest.p_O - nearest).norm(), 0.5e-3);
+  EXPECT_EQ(field_contacts(field, {1.05 * nearest, 1.05 * nearest, r}, contact_m).size, 0);
+}
+
+// On a flat face a capsule needs two contacts as far apart as the face allows, or the body rocks.
+TEST(FieldContacts, of_a_flat_face_reach_to_its_edges) {
+  const Vec3 half(0.04, 0.04, 0.02);
+  const auto field =
+      filled(Vec3(0.08, 0.08, 0.06), cell_m, [&](const Vec3& p) { return box_distance(p, half); });
+  const double r = 0.01, height = half.z() + r + 2e-4;
+  const FieldContacts found =
+      field_contacts(field, {Vec3(-0.2, 0, height), Vec3(0.2, 0, height), r}, contact_m);
+  double low = 0, high = 0;
+  for (int i = 0; i < found.size; ++i) {
+    low = std::min(low, found.items[i].p_O.x()), high = std::max(high, found.items[i].p_O.x());
+    EXPECT_NEAR(found.items[i].value_m - r, 2e-4, 6e-5);  // 0.05 mm shares the load
+    EXPECT_LT((found.items[i].n_O - Vec3::UnitZ()).norm(), 1e-6);
+  }
+  EXPECT_LT(low, -half.x() + 0.0045);  // within one sample of the edge
+  EXPECT_GT(high, half.x() - 0.0045);
+}
+
+// A ring keeps its hole: a capsule through it touches nothing, one through the tube does.
+TEST(FieldContacts, leave_a_hole_open) {
+  const auto field =
+      filled(Vec3(0.09, 0.09, 0.04), cell_m, [](const Vec3& p) { return torus_distance(p, 0.05, 0.008); });
+  const Vec3 up(0, 0, 0.03);
+  EXPECT_EQ(field_contacts(field, {-up, up, 0.03}, contact_m).size, 0);
+  EXPECT_GT(field_contacts(field, {-up, up, 0.042}, contact_m).size, 0);
+}
+
+}  // namespace
+}  // namespace geocage::physics

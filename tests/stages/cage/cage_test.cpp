@@ -1,0 +1,121 @@
+#include "stages/cage/cage.h"
+
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "hands/closing.h"
+#include "tests/physics/scenes.h"
+
+namespace geocage::stages {
+namespace {
+
+using geometry::Pose;
+using geometry::Vec3;
+using physics::filled;
+using physics::Outcome;
+
+constexpr double radius_m = 0.035;
+
+const hands::Hand& sdh() {
+  static const hands::Hand hand = hands::load_hand("schunk_sdh");
+  return hand;
+}
+const geometry::SignedDistanceField& ball_field() {
+  static const auto field =
+      filled(Vec3::Constant(0.08), 0.002, [](const Vec3& p) { return p.norm() - radius_m; });
+  return field;
+}
+
+/// An octahedron with the ball's centre, even mass and radius: the field is the ball's.
+geometry::TriangleMesh ball_mesh() {
+  geometry::TriangleMesh mesh;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {1.0, -1.0}) mesh.vertices.push_back(side * radius_m * Vec3::Unit(axis));
+  for (const int x : {0, 1})
+    for (const int y : {2, 3})
+      for (const int z : {4, 5})
+        mesh.triangles.push_back((x + y + z) % 2 == 0 ? std::array<int, 3>{x, y, z}
+                                                      : std::array<int, 3>{x, z, y});
+  return mesh;
+}
+
+hands::GraspSet grasps(bool closed, double height_m = 0.06) {
+  hands::Grasp grasp;
+  grasp.hand = sdh().name, grasp.object = "ball";
+  grasp.X_OH.translation() = -(sdh().palm_H + height_m * sdh().approach_H);
+  Eigen::VectorXd q = sdh().open_rad;
+  q[sdh().tree.dof(sdh().spread_dof)] = std::numbers::pi / 3;
+  grasp.pregrasp_joints_rad = hands::joint_map(sdh().tree, q);
+  if (closed) q = hands::close_hand(sdh(), ball_field(), grasp.X_OH, q, {}).q;
+  grasp.joints_rad = hands::joint_map(sdh().tree, q);
+  return {{grasp}, {}};
+}
+
+CageParams quick() {
+  CageParams params;
+  params.wrench_seeds = 2, params.search_samples = 300, params.control_grasps = 1;
+  return params;
+}
+
+CageEvaluations caged(const hands::GraspSet& set) {
+  pipeline::Run run;
+  return cage(quick(), run, set, ball_mesh(), ball_field(), sdh());
+}
+
+std::string saved(const CageEvaluations& all) {
+  const auto dir = std::filesystem::path(testing::TempDir()) / "cages";
+  std::filesystem::create_directories(dir);
+  save_artefact(all, dir);
+  std::ostringstream text;
+  text << std::ifstream(dir / "cages.json").rdbuf();
+  return text.str();
+}
+
+// Three fingers spread evenly close over a ball of 70 mm: they meet beyond its equator, which blocks every
+// straight way, so that gravity alone never takes it out; open fingers let it go.
+TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
+  const CageEvaluations closed = caged(grasps(true)), open = caged(grasps(false));
+  EXPECT_EQ(closed.list[0].retained(), 6) << closed.list[0].reason;
+  EXPECT_LT(open.list[0].retained(), 6);
+  EXPECT_EQ(open.list[0].outcome, Outcome::lost) << open.list[0].reason;
+  EXPECT_EQ(open.list[0].search.result, physics::EscapeSearch::Result::found);
+  for (const CageWrench& wrench : open.list[0].wrenches) EXPECT_EQ(wrench.lost, wrench.trials);
+}
+
+TEST(CageStage, controls_are_as_they_must_be) {
+  const CageEvaluations all = caged(grasps(true));
+  EXPECT_EQ(all.controls.size(), 7u);
+  for (const physics::Control& control : all.controls) EXPECT_TRUE(control.ok()) << control.name;
+}
+
+TEST(CageStage, never_calls_a_failed_search_a_cage) {
+  const CageEvaluations all = caged(grasps(true));
+  EXPECT_EQ(all.list[0].reason.find("caged"), std::string::npos);
+  EXPECT_EQ(all.list[0].outcome == Outcome::held, all.list[0].reason.find("no proof") != std::string::npos);
+}
+
+TEST(CageStage, same_bytes_for_any_number_of_threads_and_files_read_back) {
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const std::string one = saved(caged(grasps(true)));
+  omp_set_num_threads(2);
+  const std::string two = saved(caged(grasps(true)));
+  omp_set_num_threads(threads);
+  EXPECT_EQ(one, two);
+  CageEvaluations read;
+  load_artefact(read, std::filesystem::path(testing::TempDir()) / "cages");
+  EXPECT_EQ(saved(read), two);
+}
+
+TEST(CageStage, rejects_a_hand_inside_the_object) {
+  const CageEvaluations all = caged(grasps(false, -0.02));
+  EXPECT_EQ(all.list[0].outcome, Outcome::rejected);
+  EXPECT_NE(all.list[0].reason.find("inside the object"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace geocage::stages
