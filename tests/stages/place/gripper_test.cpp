@@ -53,9 +53,9 @@ TEST(Gripper, HoldsABoxBetweenOppositeFacesWhereverItComesFrom) {
     const auto set = scene.place();
     ASSERT_FALSE(set.grasps.empty()) << aside_m;
     for (const auto& grasp : set.grasps) {
-      // Jaws are centred to 0.5 mm and close until the first is 0.2 mm off; the field is right to 0.1 mm.
-      EXPECT_NEAR(pad_m - grasp.joints_rad.at("left_slide"), width_m / 2, 0.001);
-      EXPECT_NEAR(grasp.X_OH.translation().x(), 0, 0.0006) << "the hand is over the middle";
+      // Jaws close until the first is 0.2 mm off; the field is right to 0.1 mm, centring to 0.02 mm.
+      EXPECT_NEAR(pad_m - grasp.joints_rad.at("left_slide"), width_m / 2, 0.0004);
+      EXPECT_NEAR(grasp.X_OH.translation().x(), 0, 0.0002) << "the hand is over the middle";
       EXPECT_NEAR(grasp.X_OH.translation().y(), 0, 1e-9) << "and was moved along the jaws' line only";
       const auto contacts = scene.contacts(grasp);
       ASSERT_EQ(contacts.size(), 2u);
