@@ -7,67 +7,99 @@ namespace geocage::geometry {
 
 namespace {
 
-/// Where p lies in a lattice of cells: the cell's lower corner and the fractions inside it.
+/// Where a coordinate lies among `cells` cells of size 1: the cell's lower end and the fraction inside it.
 struct Place {
-  std::array<int, 3> cell;
-  Vec3 fraction;
+  int cell;
+  double fraction;
 };
-
-Place place_in(const Vec3& q, const std::array<int, 3>& cells) {
-  Place place;
-  for (int i = 0; i < 3; ++i) {
-    place.cell[i] = std::clamp(static_cast<int>(q[i]), 0, cells[i] - 1);
-    place.fraction[i] = q[i] - place.cell[i];
-  }
-  return place;
+inline Place place_in(double q, int cells) {
+  const int cell = std::clamp(static_cast<int>(q), 0, cells - 1);
+  return {cell, q - cell};
 }
 
-/// Trilinear value and gradient (per cell) from the eight corners around `at`, x fastest.
-double interpolate(const float* at, std::ptrdiff_t dy, std::ptrdiff_t dz, const Vec3& f, Vec3& gradient) {
+/// The eight nodes around a point, x fastest from `at`, and where it lies between them. Plain numbers:
+/// vectors filled one by one and read as a whole make the processor wait.
+struct Corners {
+  const float* at;
+  std::ptrdiff_t dy, dz;
+  double fx, fy, fz;
+  bool fine, in_grid;
+};
+
+/// p in cells of the grid, along axis i.
+inline double in_cells(const SignedDistanceField& field, const Vec3& p_O, int i) {
+  return (p_O[i] - field.origin[i]) / field.cell_m;
+}
+inline double in_box(const SignedDistanceField& field, double wanted, int i) {
+  return std::min(std::max(wanted, 0.0), double(field.nodes[i] - 1));
+}
+
+inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
+  const double x = in_cells(field, p_O, 0), y = in_cells(field, p_O, 1), z = in_cells(field, p_O, 2);
+  const double qx = in_box(field, x, 0), qy = in_box(field, y, 1), qz = in_box(field, z, 2);
+  const bool in_grid = x == qx && y == qy && z == qz;
+  const std::ptrdiff_t nx = field.nodes[0], ny = field.nodes[1];
+  const Place px = place_in(qx, field.nodes[0] - 1), py = place_in(qy, field.nodes[1] - 1),
+              pz = place_in(qz, field.nodes[2] - 1);
+  const int b = field.block[px.cell + (nx - 1) * (py.cell + (ny - 1) * pz.cell)];
+  if (b < 0) {
+    const float* at = field.coarse.data() + px.cell + nx * (py.cell + ny * pz.cell);
+    return {at, nx, nx * ny, px.fraction, py.fraction, pz.fraction, false, in_grid};
+  }
+  const int refine = field.refine;
+  const std::ptrdiff_t n = refine + 1;
+  const Place fx = place_in(px.fraction * refine, refine), fy = place_in(py.fraction * refine, refine),
+              fz = place_in(pz.fraction * refine, refine);
+  const float* at = field.fine.data() + fx.cell + n * (fy.cell + n * (fz.cell + n * b));
+  return {at, n, n * n, fx.fraction, fy.fraction, fz.fraction, true, in_grid};
+}
+
+/// From the grid's box to the point.
+Vec3 beyond_m(const SignedDistanceField& field, const Vec3& p_O) {
+  Vec3 beyond;
+  for (int i = 0; i < 3; ++i) {
+    const double wanted = in_cells(field, p_O, i);
+    beyond[i] = (wanted - in_box(field, wanted, i)) * field.cell_m;
+  }
+  return beyond;
+}
+
+/// Trilinear value; with a gradient (per cell) where one is asked for. The value is the same to the bit.
+template <bool with_gradient>
+inline double interpolate(const Corners& corners, Vec3* gradient) {
+  const auto [at, dy, dz, fx, fy, fz, fine, in_grid] = corners;
   const double c000 = at[0], c100 = at[1], c010 = at[dy], c110 = at[dy + 1];
   const double c001 = at[dz], c101 = at[dz + 1], c011 = at[dz + dy], c111 = at[dz + dy + 1];
-  const double x00 = c000 + f.x() * (c100 - c000), x10 = c010 + f.x() * (c110 - c010);
-  const double x01 = c001 + f.x() * (c101 - c001), x11 = c011 + f.x() * (c111 - c011);
-  const double xy0 = x00 + f.y() * (x10 - x00), xy1 = x01 + f.y() * (x11 - x01);
-  const double gx0 = (c100 - c000) + f.y() * ((c110 - c010) - (c100 - c000));
-  const double gx1 = (c101 - c001) + f.y() * ((c111 - c011) - (c101 - c001));
-  gradient = {gx0 + f.z() * (gx1 - gx0), (x10 - x00) + f.z() * ((x11 - x01) - (x10 - x00)), xy1 - xy0};
-  return xy0 + f.z() * (xy1 - xy0);
+  const double x00 = c000 + fx * (c100 - c000), x10 = c010 + fx * (c110 - c010);
+  const double x01 = c001 + fx * (c101 - c001), x11 = c011 + fx * (c111 - c011);
+  const double xy0 = x00 + fy * (x10 - x00), xy1 = x01 + fy * (x11 - x01);
+  if constexpr (with_gradient) {
+    const double gx0 = (c100 - c000) + fy * ((c110 - c010) - (c100 - c000));
+    const double gx1 = (c101 - c001) + fy * ((c111 - c011) - (c101 - c001));
+    *gradient = {gx0 + fz * (gx1 - gx0), (x10 - x00) + fz * ((x11 - x01) - (x10 - x00)), xy1 - xy0};
+  }
+  return xy0 + fz * (xy1 - xy0);
 }
 
 }  // namespace
 
 double SignedDistanceField::value(const Vec3& p_O) const {
-  Vec3 unused;
-  return value(p_O, unused);
+  const Corners corners = corners_around(*this, p_O);
+  const double distance = interpolate<false>(corners, nullptr);
+  return corners.in_grid ? distance : distance + beyond_m(*this, p_O).norm();
 }
 
 double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {
-  const std::array<int, 3> cells = {nodes[0] - 1, nodes[1] - 1, nodes[2] - 1};
-  const Vec3 wanted = (p_O - origin) / cell_m;
-  const Vec3 inside = wanted.cwiseMax(0).cwiseMin(Vec3(cells[0], cells[1], cells[2]));
-  const Place place = place_in(inside, cells);
-  const auto cell =
-      place.cell[0] + std::ptrdiff_t(cells[0]) * (place.cell[1] + std::ptrdiff_t(cells[1]) * place.cell[2]);
-
-  double distance;
-  if (const int b = block[cell]; b >= 0) {
-    const int n = refine + 1;
-    const Place fine_place = place_in(place.fraction * refine, {refine, refine, refine});
-    const auto& c = fine_place.cell;
-    const float* at =
-        fine.data() + std::ptrdiff_t(b) * n * n * n + c[0] + n * (c[1] + std::ptrdiff_t(n) * c[2]);
-    distance = interpolate(at, n, std::ptrdiff_t(n) * n, fine_place.fraction, gradient);
+  const Corners corners = corners_around(*this, p_O);
+  const double distance = interpolate<true>(corners, &gradient);
+  if (corners.fine)
     gradient *= refine / cell_m;
-  } else {
-    const std::ptrdiff_t dy = nodes[0], dz = dy * nodes[1];
-    const float* at = coarse.data() + place.cell[0] + dy * place.cell[1] + dz * place.cell[2];
-    distance = interpolate(at, dy, dz, place.fraction, gradient);
+  else
     gradient /= cell_m;
-  }
-  const Vec3 beyond = (wanted - inside) * cell_m;
+  if (corners.in_grid) return distance;
+  const Vec3 beyond = beyond_m(*this, p_O);
   const double away = beyond.norm();
-  if (away == 0) return distance;
+  if (away == 0) return distance;  // less than a double can square
   for (int i = 0; i < 3; ++i)
     if (beyond[i] != 0) gradient[i] = beyond[i] / away;
   return distance + away;

@@ -151,6 +151,26 @@ TEST(DistanceField, GradientIsThatOfTheInterpolant) {
   }
 }
 
+TEST(DistanceField, TheValueIsTheSameWithAndWithoutItsGradient) {
+  const auto field = build_distance_field(datasets::cup(0.04, 0.1, 0.003, 48), {32, 0.02, 3});
+  std::mt19937_64 random(4);
+  int outside = 0, fine = 0;
+  const auto expect_same = [&](const Vec3& p) {
+    Vec3 gradient;
+    const double with = field.value(p, gradient), without = field.value(p);
+    EXPECT_EQ(std::memcmp(&with, &without, sizeof with), 0) << p.transpose();
+    fine += std::abs(with) < field.cell_m / 2;  // the surface's cells are refined
+    outside += std::abs(gradient.norm() - 1) < 1e-12 && with > 0.02;
+  };
+  for (int i = 0; i < 20000; ++i)
+    expect_same(random_point(random, Vec3::Constant(-0.1), Vec3::Constant(0.15)));
+  for (int z = 0; z < field.nodes[2]; ++z)  // nodes, where cells meet, and the far faces of the grid
+    for (int x = 0; x < field.nodes[0]; ++x)
+      expect_same(field.origin + field.cell_m * Vec3(x, field.nodes[1] - 1, z));
+  EXPECT_GT(outside, 100);
+  EXPECT_GT(fine, 100);
+}
+
 TEST(DistanceField, OutsideTheGridItGrowsWithTheDistance) {
   const double r = 0.05;
   const auto field = build_distance_field(datasets::icosphere(r, 4), {32, 0.02, 2});

@@ -1,6 +1,7 @@
 #include "stages/place/place.h"
 
 #include <fstream>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <omp.h>
@@ -257,6 +258,39 @@ TEST(Place, RefusesOccupiedSpaceUnseenSurfaceAndWhatIsOutOfReach) {
   EXPECT_GT(scene.place(near).rejected.at("out of reach"), 0);
   near.max_reach_m = 1.5;
   EXPECT_EQ(scene.place(near).grasps.size(), free.grasps.size());
+}
+
+TEST(Place, RefusesLinesThatMissAndHandsThatDontFit) {
+  Scene scene;
+  PlaceParams params = everything();
+  params.max_com_offset_m = 10;
+  topology::Candidate& candidate = scene.scores.candidates[0];
+  candidate.n_O = Vec3::UnitY();  // past the cylinder, 1 m off: the palm is 66 mm wide at most
+  candidate.p_O = candidate.center_O = Vec3(1, 0, 0);
+  auto refused = scene.place(params).rejected;
+  EXPECT_EQ(refused, (std::map<std::string, int>{{"no direction to the ball's centre", 8},
+                                                 {"palm meets nothing", 8}}));
+  candidate = Scene::candidate(0, "winding");
+  params.open_clearance_m = 0.1;  // more than a hand around the cylinder can leave
+  refused = scene.place(params).rejected;
+  EXPECT_EQ(refused, (std::map<std::string, int>{{"open hand collides", 16}}));
+}
+
+TEST(Place, TakesTheBaselinesItIsAskedFor) {
+  Scene scene;
+  for (const char* name : {"curvature", "combined", "random"})
+    scene.scores.candidates.push_back(Scene::candidate(0.005, name));
+  PlaceParams params = everything();
+  for (const std::string name : {"winding", "curvature", "combined", "random"}) {
+    params.heuristics = {name};
+    const auto set = scene.place(params);
+    ASSERT_FALSE(set.grasps.empty()) << name;
+    for (const auto& grasp : set.grasps) EXPECT_EQ(grasp.heuristic, name);
+  }
+  params.heuristics.clear();
+  std::set<std::string> all;
+  for (const auto& grasp : scene.place(params).grasps) all.insert(grasp.heuristic);
+  EXPECT_EQ(all.size(), 4u) << "none named: all that were scored";
 }
 
 TEST(Place, TurnsWithTheObject) {
