@@ -119,7 +119,7 @@ TEST_F(Sweep, WhatFailedIsNotTriedAgainUnlessAsked) {
 }
 
 TEST_F(Sweep, DryRunSaysWhatAndWhy) {
-  const json late = json::parse(run("store", "1", {"--dry-run", "--set", "evaluate.null_grasps=3"}).out);
+  const json late = json::parse(run("store", "1", {"--dry-run", "--set", "evaluate.control_grasps=3"}).out);
   EXPECT_EQ(late["schema"], "geocage-forecast 1");
   int made = 0;
   for (const auto& slot : late["slots"]) {
