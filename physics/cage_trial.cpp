@@ -68,8 +68,7 @@ struct Trial {
     const double speed = world.velocity_m_s().norm(), spin = world.spin_rad_s().norm();
     seen.penetration_m = std::max(seen.penetration_m, world.penetration_m());
     const bool sane = speed <= protocol.max_speed_m_s && std::isfinite(spin);  // false for NaN, too
-    if (!sane || world.pierced_share() > protocol.max_pierced_share)
-      return seen.outcome = Outcome::error, true;
+    if (!sane || seen.penetration_m > protocol.max_penetration_m) return seen.outcome = Outcome::error, true;
     const Pose now = world.X_WB();
     seen.max_displacement_m =
         std::max(seen.max_displacement_m, (now.translation() - start.translation()).norm());

@@ -95,40 +95,4 @@ Vec3 CageWorld::spin_rad_s() const {
   return eigen(object_.getAngularVelocity());
 }
 
-double CageWorld::pierced_share() const {
-  constexpr double shallow_m = 5e-4;  // no wall that a field shows is that thin
-  const Pose X_OB = eigen(shape_.X_BO().inverse());
-  double share = 0;
-  const btDispatcher& dispatcher = dispatcher_;
-  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
-    for (int j = 0; j < manifold->getNumContacts(); ++j) {
-      const btManifoldPoint& contact = manifold->getContactPoint(j);
-      if (contact.getDistance() > -shallow_m) continue;
-      const bool second = manifold->getBody1() == &object_;
-      const Vec3 p_O = X_OB * eigen(second ? contact.m_localPointB : contact.m_localPointA);
-      const double thickness = thickness_m(shape_.field(), p_O);
-      share = std::max(share, -contact.getDistance() / std::max(thickness, 1e-9));
-    }
-  }
-  return share;
-}
-
-double thickness_m(const geometry::SignedDistanceField& field, const Vec3& p_O) {
-  constexpr double step_m = 2.5e-4, farthest_m = 0.02;
-  Vec3 slope;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec3 h = field.cell_m * Vec3::Unit(axis);
-    slope[axis] = field.value(p_O + h) - field.value(p_O - h);
-  }
-  const Vec3 inward = -slope.stableNormalized();
-  double deepest = 0;
-  for (double s = 0; s < farthest_m; s += step_m) {
-    const double depth = -field.value(p_O + s * inward);
-    if (depth < deepest - 2 * step_m) break;
-    deepest = std::max(deepest, depth);
-  }
-  return 2 * deepest;
-}
-
 }  // namespace geocage::physics

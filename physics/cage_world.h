@@ -31,9 +31,6 @@ class CageWorld {
   double penetration_m() const {
     return penetration_m_;
   }  ///< deepest contact within the last dt, 0 when free
-  /// The largest ratio of a contact's depth to the local thickness of the object. Beyond a half the field's
-  /// normal points out of the wrong side of a wall.
-  double pierced_share() const;
 
  private:
   double radius_m_, penetration_m_ = 0;
@@ -50,9 +47,5 @@ class CageWorld {
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_;  // last: its end touches all of the above
 };
-
-/// Thickness of the solid behind a point near its surface: twice the largest depth along the inward normal,
-/// within 2 cm.
-double thickness_m(const geometry::SignedDistanceField& field, const geometry::Vec3& p_O);
 
 }  // namespace geocage::physics

@@ -49,8 +49,8 @@ struct Protocol {
 /// How the object of a cage test moves.
 struct CageEngine {
   double dt_s = 1.0 / 240;
-  double most_motion_m = 1.5e-3;  ///< of the object's surface in a step: a faster object takes shorter steps,
-  int most_parts = 16;            ///< at most so many in dt
+  double most_motion_m = 1e-3;  ///< of the object's surface in a step: a faster object takes shorter steps,
+  int most_parts = 24;          ///< at most so many in dt
   int iterations = 50;
   double contact_m = 1e-3;   ///< contacts are made from this gap on, plus what a step may close
   double damping_s = 0.02;   ///< velocities shrink by exp(-dt / damping_s) a step; 0: they do not
@@ -65,7 +65,7 @@ struct CageProtocol {
   double pull_s = 5;  ///< gravity along an axis, and in the plane of the ring
   double wrench_s = 10, wrench_hold_s = 0.1;
   double max_start_penetration_m = 0.01;
-  double max_speed_m_s = 20, max_pierced_share = 0.4;  ///< beyond either the engine has failed
+  double max_speed_m_s = 20, max_penetration_m = 5e-3;  ///< beyond either the engine has failed
   double rest_s = 0.2, rest_speed_m_s = 1e-3, rest_spin_rad_s = 0.01;  ///< a pull ends early at rest
 };
 

@@ -1,6 +1,7 @@
 #include "stages/cage/cage.h"
 
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -27,8 +28,16 @@ physics::CageProtocol protocol_of(const CageParams& params) {
   return protocol;
 }
 
+/// Half of the thinnest finger: deeper, its axis comes near the surface, and the field's normal may turn.
+double most_growth_m(const hands::Hand& hand) {
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (const hands::Capsule& capsule : hand.capsules) thinnest = std::min(thinnest, capsule.radius_m);
+  return thinnest / 2;
+}
+
 /// All trials of one locked hand.
 struct Locked {
+  physics::CageProtocol protocol;
   physics::EscapeTest escape;
   geometry::Vec3 axis_O;
   std::vector<CageTrial> pulls, ring, wrenches;  ///< wrenches: amplitude by amplitude
@@ -36,7 +45,6 @@ struct Locked {
 };
 
 std::vector<std::function<void()>> work_of(Locked& locked, const CageParams& params,
-                                           const physics::CageProtocol& protocol,
                                            const physics::ObjectBody& body, bool everything) {
   std::vector<std::function<void()>> work;
   const auto seed = params.seed;
@@ -44,20 +52,20 @@ std::vector<std::function<void()>> work_of(Locked& locked, const CageParams& par
   for (std::size_t i = 0; i < locked.pulls.size(); ++i)
     work.push_back([&, i, seed] {
       const auto& way = physics::six_directions()[i].axis_O;
-      locked.pulls[i] = physics::pull_trial(protocol, body, locked.escape, way, seed);
+      locked.pulls[i] = physics::pull_trial(locked.protocol, body, locked.escape, way, seed);
     });
   locked.wrenches.resize(params.wrench_amplitudes.size() * params.wrench_seeds);
   for (std::size_t i = 0; i < locked.wrenches.size(); ++i)
     work.push_back([&, i, seed] {
       const auto n = static_cast<std::size_t>(params.wrench_seeds);
-      locked.wrenches[i] =
-          physics::wrench_trial(protocol, body, locked.escape, params.wrench_amplitudes[i / n], seed + i % n);
+      locked.wrenches[i] = physics::wrench_trial(locked.protocol, body, locked.escape,
+                                                 params.wrench_amplitudes[i / n], seed + i % n);
     });
   if (!everything) return work;
   locked.ring.resize(ring_ways);
   for (int i = 0; i < ring_ways; ++i)
     work.push_back([&, i, seed] {
-      locked.ring[i] = physics::ring_trial(protocol, body, locked.escape, locked.axis_O,
+      locked.ring[i] = physics::ring_trial(locked.protocol, body, locked.escape, locked.axis_O,
                                            2 * std::numbers::pi * i / ring_ways, seed);
     });
   if (params.search_samples > 0)
@@ -127,8 +135,8 @@ void judge(CageEvaluation& evaluation, const Locked& locked, const CageParams& p
     evaluation.reason = fmt::format("it gets out: {}", fmt::join(ways, ", "));
   else if (errors > 0)
     evaluation.reason =
-        fmt::format("{} trials failed: NaN, more than {:.0f} m/s, or a contact through {:.0f} % of a wall",
-                    errors, protocol.max_speed_m_s, 1e2 * protocol.max_pierced_share);
+        fmt::format("{} trials failed: NaN, more than {:.0f} m/s, or a contact {:.1f} mm deep", errors,
+                    protocol.max_speed_m_s, 1e3 * evaluation.max_penetration_m);
   else
     evaluation.reason =
         fmt::format("no way out was found: {} pulls, {} random wrenches, {} samples of a search; no proof",
@@ -190,8 +198,12 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   physics::check_border(object, field, hand);
   const auto body = physics::solid_body(object, field, protocol.mass_kg);
   const double radius_m = physics::radius_about_m(object, body.X_OB.translation());
+  const double growth_m = most_growth_m(hand);
   const auto lock = [&](const Posture& posture) {
-    return Locked{{body, radius_m, physics::capsules_of(hand, posture.X_OH, posture.q)},
+    physics::CageProtocol own = protocol;
+    own.max_penetration_m = posture.penetration_m + growth_m;
+    return Locked{own,
+                  {body, radius_m, physics::capsules_of(hand, posture.X_OH, posture.q)},
                   posture.X_OH.linear() * hand.flexion_axis_H};
   };
 
@@ -201,7 +213,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   std::vector<std::optional<Locked>> locked(postures.size());
   std::vector<std::function<void()>> work;
   const auto add = [&](Locked& one, bool everything) {
-    for (auto& job : work_of(one, params, protocol, body, everything)) work.push_back(std::move(job));
+    for (auto& job : work_of(one, params, body, everything)) work.push_back(std::move(job));
   };
   for (std::size_t i = 0; i < postures.size(); ++i) {
     CageEvaluation& evaluation = all.list.emplace_back();

@@ -107,7 +107,7 @@ json engine_json(const CageParams& params) {
           {"wrench_s", protocol.wrench_s},
           {"wrench_hold_s", protocol.wrench_hold_s},
           {"max_start_penetration_m", protocol.max_start_penetration_m},
-          {"max_pierced_share", protocol.max_pierced_share}};
+          {"max_penetration_growth", "half of the thinnest capsule's radius"}};
 }
 
 json counts_json(const std::vector<CageEvaluation>& list) {

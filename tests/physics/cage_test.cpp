@@ -161,12 +161,5 @@ TEST(Escape, search_is_the_same_for_the_same_seed) {
     EXPECT_EQ(once.path_WO[i].matrix(), again.path_WO[i].matrix());
 }
 
-TEST(Escape, thickness_of_a_tube_and_a_plate) {
-  EXPECT_NEAR(thickness_m(ring_field(), Vec3(R + r, 0, 0)), 2 * r, 5e-4);
-  const auto plate =
-      filled(Vec3::Constant(0.03), 0.001, [](const Vec3& p) { return std::abs(p.z()) - 0.003; });
-  EXPECT_NEAR(thickness_m(plate, Vec3(0, 0, 0.003)), 0.006, 5e-4);
-}
-
 }  // namespace
 }  // namespace geocage::physics
