@@ -68,7 +68,7 @@ struct KinematicData {
 
   /// d(v, w)/d(dq/dt) of the frame of `link`, 6 x dofs: velocity of its origin, then angular velocity, both
   /// in the axes of H.
-  auto jacobian(int link) const { return link_jacobians.middleCols(link * dofs, dofs); }
+  auto jacobian(int link) const { return link_jacobians.middleCols(Eigen::Index{link} * dofs, dofs); }
 };
 
 /// X_HL of every link. `X_HL` is resized on first use only. O(links).
