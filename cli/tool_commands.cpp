@@ -130,7 +130,7 @@ int writhe(const Shared& shared, const WritheOptions& options) {
 
 namespace {
 
-const std::string cage_protocol = "geocage-cage";
+const std::string cage_protocol = physics::CageProtocol{}.name;
 
 /// One protocol, or several in a row; UserError for an unknown one.
 std::vector<std::string> protocols_of(const std::string& text) {

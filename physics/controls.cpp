@@ -5,6 +5,7 @@
 
 #include "physics/cage_trial.h"
 #include "physics/force_trial.h"
+#include "physics/formula_field.h"
 
 namespace geocage::physics {
 namespace {
@@ -14,20 +15,6 @@ using geometry::Vec3;
 using hands::PlacedCapsule;
 
 constexpr double mass_kg = 0.1;
-
-template <class Distance>
-geometry::SignedDistanceField filled(const Vec3& half, double cell_m, const Distance& distance) {
-  geometry::SignedDistanceField field;
-  field.origin = -half, field.cell_m = cell_m;
-  for (int axis = 0; axis < 3; ++axis)
-    field.nodes[axis] = static_cast<int>(std::ceil(2 * half[axis] / cell_m)) + 1;
-  for (int z = 0; z < field.nodes[2]; ++z)
-    for (int y = 0; y < field.nodes[1]; ++y)
-      for (int x = 0; x < field.nodes[0]; ++x)
-        field.coarse.push_back(static_cast<float>(distance(Vec3(field.origin + cell_m * Vec3(x, y, z)))));
-  field.block.assign((field.nodes[0] - 1) * (field.nodes[1] - 1) * (field.nodes[2] - 1), -1);
-  return field;
-}
 
 void count(Control& control, const CageTrial& trial) {
   ++control.trials;

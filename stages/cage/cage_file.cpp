@@ -122,7 +122,7 @@ json counts_json(const std::vector<CageEvaluation>& list) {
 json to_json(const CageEvaluations& all, const CageEvaluation& evaluation) {
   return {{"schema", "geocage-evaluation 1"},
           {"grasp", evaluation.grasp},
-          {"protocol", "geocage-cage"},
+          {"protocol", physics::CageProtocol{}.name},
           {"outcome", physics::name(evaluation.outcome)},
           {"reason", evaluation.reason},
           {"directions", pulls_json(evaluation.pulls)},

@@ -4,20 +4,6 @@
 
 namespace geocage::physics {
 
-geometry::SignedDistanceField filled(const Vec3& half, double cell_m,
-                                     const std::function<double(const Vec3&)>& f) {
-  geometry::SignedDistanceField field;
-  field.origin = -half, field.cell_m = cell_m;
-  for (int axis = 0; axis < 3; ++axis)
-    field.nodes[axis] = static_cast<int>(std::ceil(2 * half[axis] / cell_m)) + 1;
-  for (int z = 0; z < field.nodes[2]; ++z)
-    for (int y = 0; y < field.nodes[1]; ++y)
-      for (int x = 0; x < field.nodes[0]; ++x)
-        field.coarse.push_back(static_cast<float>(f(field.origin + cell_m * Vec3(x, y, z))));
-  field.block.assign((field.nodes[0] - 1) * (field.nodes[1] - 1) * (field.nodes[2] - 1), -1);
-  return field;
-}
-
 double box_distance(const Vec3& p, const Vec3& half) {
   const Vec3 q = p.cwiseAbs() - half;
   return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0);

@@ -1,18 +1,14 @@
 #pragma once
-#include <functional>
+#include "physics/formula_field.h"
+#include "physics/world.h"
 
 #include "geometry/distance_field.h"
 #include "hands/hand.h"
-#include "physics/world.h"
 
 namespace geocage::physics {
 
 using geometry::Pose;
 using geometry::Vec3;
-
-/// A field filled from a formula, over the box [-half, half].
-geometry::SignedDistanceField filled(const Vec3& half, double cell_m,
-                                     const std::function<double(const Vec3&)>& f);
 
 double box_distance(const Vec3& p, const Vec3& half);
 /// Ring around z: R to the tube's centre, r the tube.
