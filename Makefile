@@ -2,7 +2,7 @@
 JOBS := $(shell nproc)
 PROGRAM := build/release/geocage
 
-.PHONY: run test build configured bench format lint setup clean
+.PHONY: run test build configured bench format lint docs api setup clean
 
 run: build
 	$(PROGRAM) run
@@ -28,6 +28,13 @@ format:
 lint: configured
 	git ls-files '*.cpp' '*.h' | xargs clang-format --dry-run --Werror
 	sh setup/lint.sh
+
+docs: build
+	python3 docs/parameter_tables.py $(PROGRAM)
+
+api: setup
+	mkdir -p build
+	doxygen docs/Doxyfile
 
 setup:
 	@bash setup/install.sh

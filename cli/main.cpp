@@ -8,19 +8,13 @@
 #include <unistd.h>
 
 #include "cli/commands.h"
+#include "cli/help_texts.h"
 #include "cli/parameters.h"
 
 namespace geocage::cli {
 namespace {
 
 constexpr int exit_configuration = 2, exit_store = 5, exit_bug = 70, exit_interrupted = 130;
-
-constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 some items failed, were rejected or were skipped; 2 a mistake in the command, a "
-    "flow file or a "
-    "hand; 3 input unreadable or invalid; 4 geometry or numerics failed; 5 store or disk; 70 a bug of "
-    "geocage; 130 "
-    "interrupted.";
 
 // Whatever a run has published stays; the store needs no unlocking (docs/store.md).
 void interrupted(int) {
@@ -39,13 +33,14 @@ class Program {
  public:
   Program() {
     app_.require_subcommand(1);
-    app_.footer(exit_codes);
+    app_.footer(footer(""));
     app_.set_version_flag("--version", "geocage " GEOCAGE_VERSION);
     shared_.store = default_store();
     add_flow_commands();
     add_store_commands();
     add_lists();
     add_tools();
+    add_manuals();
   }
 
   int main(int argc, char** argv) {
@@ -61,6 +56,7 @@ class Program {
   CLI::App* command(const char* name, const char* what, std::function<int()> work,
                     CLI::App* parent = nullptr) {
     CLI::App* sub = (parent ? parent : &app_)->add_subcommand(name, what);
+    sub->footer(footer(parent ? parent->get_name() + " " + name : std::string(name)));
     sub->add_option("--store", shared_.store, "folder of the store (default: $GEOCAGE_STORE or ./store)");
     sub->add_flag("--json", shared_.json, "one JSON document on stdout and nothing else");
     sub->add_flag("--quiet", shared_.quiet, "no progress");
@@ -158,6 +154,17 @@ class Program {
         "get", "bring an object", [this] { return get_dataset(shared_, name_); }, datasets)
         ->add_option("NAME", name_)
         ->required();
+  }
+
+  void add_manuals() {
+    command("man", "this manual, for `man -l -`", [this] {
+      fmt::print("{}", man_page(app_));
+      return 0;
+    });
+    command("completion", "a script that completes commands and options in bash", [this] {
+      fmt::print("{}", bash_completion(app_));
+      return 0;
+    });
   }
 
   void add_tools() {

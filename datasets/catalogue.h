@@ -42,9 +42,10 @@ enum class Presence {
   unavailable,  ///< it isn't there (check), or can't be had (get)
   mismatch      ///< a file is there, or came, with other bytes
 };
+/// What was found of an entry.
 struct Availability {
   Presence presence = Presence::unavailable;
-  std::filesystem::path file;  ///< folder/<sha256>/<file name>; holds the right bytes if `have` or `fetched`
+  std::filesystem::path file;  ///< `folder/SHA256/NAME`; holds the right bytes if `have` or `fetched`
   std::string reason;          ///< one sentence, empty if `have` or `fetched`
 };
 

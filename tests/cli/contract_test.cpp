@@ -59,6 +59,23 @@ TEST_F(Contract, HelpNamesEveryCommandAndTheExitCodes) {
     EXPECT_NE(help.out.find(word), std::string::npos) << word;
 }
 
+TEST_F(Contract, EveryCommandHasAnExampleAManualAndACompletion) {
+  const Ended completion = geocage({"completion"}), manual = geocage({"man"});
+  // the last case of the script holds the commands' names
+  const std::string start = "*) words=\"";
+  const auto begin = completion.out.rfind(start) + start.size();
+  std::istringstream commands(completion.out.substr(begin, completion.out.find('"', begin) - begin));
+  int seen = 0;
+  for (std::string name; commands >> name;) {
+    if (name.starts_with('-')) continue;
+    ++seen;
+    const Ended help = geocage({name, "--help"});
+    EXPECT_NE(help.out.find("Example: "), std::string::npos) << name;
+    EXPECT_NE(manual.out.find(".SS " + name + "\n"), std::string::npos) << name;
+  }
+  EXPECT_GE(seen, 20);
+}
+
 TEST_F(Contract, UsageMistakesAreCode2) {
   EXPECT_EQ(geocage({}).code, 2);
   EXPECT_EQ(geocage({"dance"}).code, 2);
