@@ -288,6 +288,7 @@ export class Panel {
       this.chosen = value === '' ? null : candidates[Number(value)] ?? null;
       const shown = view.showBall(this.chosen);
       note.replaceChildren();
+      if (this.chosen && shown) this.element.dataset.ballAgrees = shown.vertices === this.chosen.ball.vertices ? 'yes' : 'no';
       if (this.chosen && shown)
         append(note, ['blue: principal axis A and the plane across it; red: the path that winds, ',
           num('winding_angle_rad', this.chosen.winding_angle_rad), '; curvature ', num('curvature_sum_rad', this.chosen.curvature_sum_rad),
