@@ -81,7 +81,7 @@ std::vector<reports::SceneInput> scenes_of(const RunSummary& summary, const Slot
   return scenes;
 }
 
-reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
+reports::ReportInput input_of(const Flow& flow, const RunSummary& summary, int pictures) {
   Slots slots;
   for (const auto& slot : summary.slots) slots[slot.slot] = &slot;
   reports::ReportInput input;
@@ -100,6 +100,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
     shown.sentence = result.sentence;
     shown.source = pair.source;
     shown.truth_known = pair.truth_known;
+    shown.drawn = static_cast<int>(i) < pictures;
     shown.up_O = pair.up_O;
     shown.cloud = folder_of(slots, pair.object + "/cloud");
     shown.scores = folder_of(slots, pair.score_slot);
@@ -124,7 +125,8 @@ std::string stamp_of(const reports::ReportInput& input) {
   std::ostringstream text;
   text << "geocage-report 3 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
   for (const auto& pair : input.pairs)
-    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.sentence << "\n";
+    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.drawn << " "
+         << pair.sentence << "\n";
   for (const auto& slot : input.slots)
     text << slot.slot << " " << slot.folder.filename().string() << " " << slot.made_seconds << " "
          << slot.sentence << "\n";
@@ -150,8 +152,8 @@ RunSummary summarise(const Flow& flow, std::vector<SlotResult> results) {
   return summary;
 }
 
-fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder) {
-  const auto input = input_of(flow, summary);
+fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder, int pictures) {
+  const auto input = input_of(flow, summary, pictures);
   const std::string stamp = stamp_of(input);
   const fs::path stamp_file = folder / "report.key", page = folder / "index.html";
   std::string known;

@@ -28,8 +28,9 @@ struct RunSummary {
 
 RunSummary summarise(const Flow& flow, std::vector<pipeline::SlotResult> slots);
 
-/// Writes the report into `folder` unless the one there shows the same; answers its index.html.
+/// Writes the report into `folder` unless the one there shows the same; answers its index.html. At most
+/// `pictures` pairs are drawn, the first ones.
 std::filesystem::path write_run_report(const Flow& flow, const RunSummary& summary,
-                                       const std::filesystem::path& folder);
+                                       const std::filesystem::path& folder, int pictures);
 
 }  // namespace geocage::cli
