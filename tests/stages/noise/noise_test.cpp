@@ -27,7 +27,9 @@ TEST(Noise, MovesBySigmaAlongNormals) {
       const auto moved = noisy.vertices[v] - sphere.vertices[v];
       across = std::max(across, (moved - moved.dot(normal) * normal).norm());
     }
-    EXPECT_LT(across, 1e-3 * sigma_m);  // normals of an icosphere point outward but for its unequal triangles
+    // a triangle's normal differs by less than edge / (sqrt(3) r) = 0.022 from the radius at its corners, and
+    // no vertex moves by more than 5 sigma
+    EXPECT_LT(across, 0.11 * sigma_m);
   }
 }
 
