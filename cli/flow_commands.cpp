@@ -158,7 +158,9 @@ int run(const Shared& shared, const RunOptions& options) {
   // The table first: it is there however long the pictures take.
   if (options.wish.only.empty()) summary.results = write_results(opened.flow, summary, shared.out);
   if (options.wish.only.empty() && options.wish.until.empty())
-    summary.report = write_run_report(opened.flow, summary, shared.out, options.pictures);
+    summary.report =
+        write_run_report(opened.flow, summary, shared.out,
+                         {pipeline::Ledger(opened.store).all(), options.single_file, options.pictures});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else
@@ -317,10 +319,11 @@ int graph(const Shared& shared, const FlowRequest& request) {
   return 0;
 }
 
-int report(const Shared& shared, const FlowRequest& request, int pictures) {
+int report(const Shared& shared, const FlowRequest& request, bool single_file, int pictures) {
   Opened opened(shared, request);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
-  summary.report = write_run_report(opened.flow, summary, shared.out, pictures);
+  summary.report = write_run_report(opened.flow, summary, shared.out,
+                                    {pipeline::Ledger(opened.store).all(), single_file, pictures});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else

@@ -81,6 +81,11 @@ class Program {
     return sub;
   }
 
+  void add_pictures(CLI::App* sub) {
+    sub->add_option("--pictures", run_.pictures, "draw so many pairs at most; all are in the tables")
+        ->check(CLI::NonNegativeNumber);
+  }
+
   void add_flow_commands() {
     CLI::App* sub =
         flow_command("run", "make what is missing, then the report", [this] { return run(shared_, run_); });
@@ -88,6 +93,7 @@ class Program {
     sub->add_option("--until", run_.wish.until, "these slots and what they need")->expected(1)->take_all();
     sub->add_option("--force", run_.wish.force, "make these slots anew")->expected(1)->take_all();
     sub->add_option("--jobs", run_.wish.jobs, "slots made at the same time")->check(CLI::Range(1, 1024));
+    sub->add_flag("--single-file", run_.single_file, "the report as one HTML file, report.html");
     sub->add_flag("--dry-run", run_.dry_run, "say what would be made and why; make nothing");
     sub->add_option(
            "--retry",
@@ -100,8 +106,7 @@ class Program {
     sub->add_option("--memory-gib", run_.wish.memory_gib,
                     "for all slots made at once (default: 4/5 of the machine's)")
         ->check(CLI::PositiveNumber);
-    sub->add_option("--pictures", run_.pictures, "draw so many pairs at most; all are in the tables")
-        ->check(CLI::NonNegativeNumber);
+    add_pictures(sub);
     sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
         ->check(CLI::PositiveNumber);
     sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
@@ -113,10 +118,10 @@ class Program {
     flow_command(
         "show", "what a slot holds", [this] { return show(shared_, run_.flow, slot_); }, true);
     flow_command("graph", "the dataflow as DOT", [this] { return graph(shared_, run_.flow); });
-    flow_command("report", "write the report of what is made",
-                 [this] { return report(shared_, run_.flow, run_.pictures); })
-        ->add_option("--pictures", run_.pictures, "draw so many pairs at most; all are in the tables")
-        ->check(CLI::NonNegativeNumber);
+    sub = flow_command("report", "write the report of what is made",
+                       [this] { return report(shared_, run_.flow, run_.single_file, run_.pictures); });
+    sub->add_flag("--single-file", run_.single_file, "one HTML file, report.html");
+    add_pictures(sub);
   }
 
   void add_store_commands() {
@@ -192,6 +197,14 @@ class Program {
     sub->add_option("B", writhe_.b)->required();
     sub->add_flag("--closed", writhe_.closed, "join the last point to the first, of both");
 
+    sub = command("view", "a page that shows meshes, scores, clouds, grasps and ways in 3-D",
+                  [this] { return view(shared_, view_); });
+    sub->add_option("FILE", view_.files, "mesh, scores (PLY), cloud, grasp(s) or trajectory (JSON)")
+        ->required();
+    sub->add_option("--hand", view_.hand, "of a trajectory; a grasp names its own");
+    sub->add_option("--units", view_.unit, "unit of meshes: m, cm, mm, inch, or metres per unit");
+    sub->add_option("--out", shared_.out, "folder of the page");
+
     sub = command("evaluate", "test a grasp in physics", [this] { return evaluate(shared_, evaluate_); });
     sub->add_option("--mesh", evaluate_.mesh)->required();
     sub->add_option("--hand", evaluate_.hand)->required();
@@ -207,6 +220,7 @@ class Program {
   ScoreOptions score_;
   WritheOptions writhe_;
   EvaluateOptions evaluate_;
+  ViewOptions view_;
   QueryOptions query_;
   std::string slot_, name_;
   std::filesystem::path pictures_;
