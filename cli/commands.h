@@ -64,7 +64,7 @@ struct WritheOptions {
 int writhe(const Shared& shared, const WritheOptions& options);
 
 struct EvaluateOptions {
-  std::filesystem::path mesh, grasp;
+  std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
   std::string hand, protocol = "geocage-force", unit = "m";
 };
 int evaluate(const Shared& shared, const EvaluateOptions& options);
