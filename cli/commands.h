@@ -71,7 +71,7 @@ struct ViewOptions {
 int view(const Shared& shared, const ViewOptions& options);
 
 struct EvaluateOptions {
-  std::filesystem::path mesh, grasp;
+  std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
   std::string hand, protocol = "geocage-force", unit = "m";
 };
 int evaluate(const Shared& shared, const EvaluateOptions& options);

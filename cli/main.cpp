@@ -212,6 +212,7 @@ class Program {
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
+    sub->add_option("--record", evaluate_.record, "write every trial there, for playback");
   }
 
   CLI::App app_{"geocage: from noisy point clouds of objects to tested caging grasps"};
