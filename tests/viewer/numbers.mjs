@@ -54,7 +54,7 @@ const csv = textOf(join(report, 'results.csv'));
 texts.push(csv);
 const [head, ...rows] = csv.trimEnd().split('\n').map((line) => table(line)[0]);
 for (const row of rows) for (const cell of row) if (cell !== '' && !Number.isNaN(Number(cell))) keep(Number(cell));
-for (const name of ['rates', 'paired']) walk(JSON.parse(run(program, ['query', `select * from ${name}`, '--out', 'report', '--json'], folder)));
+for (const name of ['rates', 'paired', 'losses', 'agreement']) walk(JSON.parse(run(program, ['query', `select * from ${name}`, '--out', 'report', '--json'], folder)));
 
 /** Where Wilson's score equation (p' - p)^2 n = z^2 p (1 - p) holds, by bisection from p' to an end. */
 function limit(hits, n, edge) {
