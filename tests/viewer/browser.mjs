@@ -145,7 +145,6 @@ await accessible(narrow, 'object at 360 px');
 await narrow.close();
 
 // One file holds the same.
-run(program, ['report', 'small.toml', '--dataset', 'set', '--store', 'store', '--out', 'report', '--single-file', '--quiet'], folder, [1]);
 const single = await openPage(chrome, 1280, `file://${join(folder, 'report', 'report.html')}${graspHash}`);
 expect('the single file shows the grasp', (await canvas(single)).colours > 50);
 await single.close();

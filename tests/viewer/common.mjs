@@ -93,7 +93,7 @@ wrench_seeds = 1
 "evaluate.friction" = [0.0, 0.6]
 `);
   rmSync(join(folder, 'report'), { recursive: true, force: true });
-  return run(program, ['run', 'small.toml', '--dataset', 'set', '--quiet', '--json', '--store', 'store', '--out', 'report'], folder, [1]);
+  return run(program, ['run', 'small.toml', '--dataset', 'set', '--quiet', '--json', '--store', 'store', '--out', 'report', '--single-file'], folder, [1]);
 }
 
 export const textOf = (file) => readFileSync(file, 'utf8');

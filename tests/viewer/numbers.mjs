@@ -21,7 +21,6 @@ const ledger = run(program, ['failures', '--store', 'store', '--json'], folder);
 texts.push(ledger, JSON.parse(ledger).failures.map((one) => one.sentence + '\n' + one.command).join('\n'));
 const metrics = JSON.parse(run(program, ['metrics', '*', '--store', 'store', '--json'], folder));
 walk(metrics);
-const seconds = new Map(metrics.slots.map((slot) => [slot.slot, slot.seconds]));
 for (const slot of summary.slots) {
   if (!slot.folder) continue;
   for (const name of readdirSync(join(folder, slot.folder)).filter((one) => one.endsWith('.json'))) {
@@ -32,11 +31,13 @@ for (const slot of summary.slots) {
     if (Array.isArray(content.grasps)) keep(content.grasps.length);
   }
 }
-const stages = new Map();
-for (const slot of summary.slots) {
-  const stage = slot.slot.split('/')[1].replace(/^(surface|mesh)_accuracy$/, 'accuracy').replace(/^truth_field$/, 'field');
+const asked = JSON.parse(run(program, ['query', 'select slot, stage, state, made_s from slots', '--out', 'report', '--json'], folder)).rows;
+walk(asked);
+const taken = new Map(summary.slots.map((slot) => [slot.slot, slot.seconds])), stages = new Map();
+for (const [slot, stage, state, made_s] of asked) {
   const one = stages.get(stage) ?? { made: 0, found: 0 };
-  one[slot.state === 'hit' ? 'found' : 'made'] += slot.state === 'hit' ? seconds.get(slot.slot) ?? 0 : slot.seconds;
+  if (state === 'hit') one.found += made_s ?? 0;
+  else one.made += taken.get(slot);
   stages.set(stage, one);
 }
 for (const one of stages.values()) derived.push(one.made, one.found);
