@@ -203,7 +203,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     physics::CageProtocol own = protocol;
     own.max_penetration_m = posture.penetration_m + growth_m;
     return Locked{own,
-                  {body, radius_m, physics::capsules_of(hand, posture.X_OH, posture.q)},
+                  {body, radius_m, hands::placed_capsules(hand, posture.X_OH, posture.q)},
                   posture.X_OH.linear() * hand.flexion_axis_H};
   };
 
