@@ -149,7 +149,8 @@ int run(const Shared& shared, const RunOptions& options) {
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
   if (options.wish.only.empty() && options.wish.until.empty()) {
-    summary.report = write_run_report(opened.flow, summary, shared.out);
+    summary.report = write_run_report(opened.flow, summary, shared.out,
+                                      {pipeline::Ledger(opened.store).all(), options.single_file});
     summary.results = write_results(opened.flow, summary, shared.out);
   }
   if (shared.json)
@@ -310,10 +311,11 @@ int graph(const Shared& shared, const FlowRequest& request) {
   return 0;
 }
 
-int report(const Shared& shared, const FlowRequest& request) {
+int report(const Shared& shared, const FlowRequest& request, bool single_file) {
   Opened opened(shared, request);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
-  summary.report = write_run_report(opened.flow, summary, shared.out);
+  summary.report = write_run_report(opened.flow, summary, shared.out,
+                                    {pipeline::Ledger(opened.store).all(), single_file});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else

@@ -88,6 +88,7 @@ class Program {
     sub->add_option("--until", run_.wish.until, "these slots and what they need")->expected(1)->take_all();
     sub->add_option("--force", run_.wish.force, "make these slots anew")->expected(1)->take_all();
     sub->add_option("--jobs", run_.wish.jobs, "slots made at the same time")->check(CLI::Range(1, 1024));
+    sub->add_flag("--single-file", run_.single_file, "the report as one HTML file, report.html");
     sub->add_flag("--dry-run", run_.dry_run, "say what would be made and why; make nothing");
     sub->add_option(
            "--retry",
@@ -111,7 +112,9 @@ class Program {
     flow_command(
         "show", "what a slot holds", [this] { return show(shared_, run_.flow, slot_); }, true);
     flow_command("graph", "the dataflow as DOT", [this] { return graph(shared_, run_.flow); });
-    flow_command("report", "write the report of what is made", [this] { return report(shared_, run_.flow); });
+    flow_command("report", "write the report of what is made", [this] {
+      return report(shared_, run_.flow, run_.single_file);
+    })->add_flag("--single-file", run_.single_file, "one HTML file, report.html");
   }
 
   void add_store_commands() {
@@ -184,6 +187,14 @@ class Program {
     sub->add_option("B", writhe_.b)->required();
     sub->add_flag("--closed", writhe_.closed, "join the last point to the first, of both");
 
+    sub = command("view", "a page that shows meshes, scores, clouds, grasps and ways in 3-D",
+                  [this] { return view(shared_, view_); });
+    sub->add_option("FILE", view_.files, "mesh, scores (PLY), cloud, grasp(s) or trajectory (JSON)")
+        ->required();
+    sub->add_option("--hand", view_.hand, "of a trajectory; a grasp names its own");
+    sub->add_option("--units", view_.unit, "unit of meshes: m, cm, mm, inch, or metres per unit");
+    sub->add_option("--out", shared_.out, "folder of the page");
+
     sub = command("evaluate", "test a grasp in physics", [this] { return evaluate(shared_, evaluate_); });
     sub->add_option("--mesh", evaluate_.mesh)->required();
     sub->add_option("--hand", evaluate_.hand)->required();
@@ -191,6 +202,7 @@ class Program {
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
+    sub->add_option("--record", evaluate_.record, "write every trial there, for playback");
   }
 
   CLI::App app_{"geocage: from noisy point clouds of objects to tested caging grasps"};
@@ -199,6 +211,7 @@ class Program {
   ScoreOptions score_;
   WritheOptions writhe_;
   EvaluateOptions evaluate_;
+  ViewOptions view_;
   QueryOptions query_;
   std::string slot_, name_;
   std::filesystem::path pictures_;

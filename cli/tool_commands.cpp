@@ -2,7 +2,9 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <sstream>
+#include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +13,7 @@
 #include "cli/commands.h"
 #include "geometry/mesh_files.h"
 #include "geometry/source_file.h"
+#include "pipeline/worker.h"
 #include "topology/balls.h"
 #include "topology/writhe.h"
 
@@ -148,31 +151,56 @@ std::vector<std::string> protocols_of(const std::string& text) {
   return names;
 }
 
-/// The entries "geocage-evaluation 1" of every grasp under one protocol.
-json evaluated(const std::string& protocol, const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
-               const geometry::SignedDistanceField& field, const hands::Hand& hand) {
+/// A foreign mesh or grasp may bring a library down: that ends a worker, and is told in words.
+pipeline::WorkerLimits limits_of_evaluation() {
+  pipeline::WorkerLimits limits{.seconds = 3600, .memory_gib = 4};
+  limits.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  limits.subject = "the simulation";
+  limits.hint = "look at the mesh with `geocage score`; if it is sound, please report this with both files";
+  return limits;
+}
+
+/// What one protocol said of every grasp: entries "geocage-evaluation 1", and trials for playback.
+struct Evaluated {
+  json entries = json::array();
+  std::vector<physics::Recording> recordings;
+};
+
+Evaluated evaluated(const std::string& protocol, const std::string& where, bool record,
+                    const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
+                    const geometry::SignedDistanceField& field, const hands::Hand& hand) {
   pipeline::Run run;
-  json list = json::array();
+  Evaluated seen;
   const auto keep = [&](const auto& all) {
-    for (const auto& evaluation : all.list) list.push_back(stages::to_json(all, evaluation));
+    for (const auto& evaluation : all.list) seen.entries.push_back(stages::to_json(all, evaluation));
+    seen.recordings = all.recordings;
   };
+  const int recorded = record ? static_cast<int>(grasps.grasps.size()) : 0;
   if (protocol == cage_protocol) {
     stages::CageParams params;
     params.object_geometry = "given";
-    keep(stages::cage(params, run, grasps, mesh, field, hand));
+    params.recorded_grasps = recorded;
+    keep(pipeline::contained<stages::CageEvaluations>(limits_of_evaluation(), where, [&] {
+      return stages::cage(params, run, grasps, mesh, field, hand);
+    }));
   } else {
     stages::EvaluateParams params;
     params.protocol = protocol;
     params.object_geometry = "given";
-    keep(stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand));
+    params.recorded_grasps = recorded;
+    keep(pipeline::contained<stages::Evaluations>(limits_of_evaluation(), where, [&] {
+      return stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand);
+    }));
   }
-  return list;
+  return seen;
 }
 
 }  // namespace
 
 int evaluate(const Shared& shared, const EvaluateOptions& options) {
   const auto protocols = protocols_of(options.protocol);
+  if (options.record.has_parent_path() && !fs::is_directory(options.record.parent_path()))
+    throw UserError(Fault::configuration, "--record " + options.record.string(), "its folder is not there");
   const auto hand = hands::load_hand(options.hand);
   const auto grasps = hands::read_grasps(options.grasp);
   if (hand.net)
@@ -182,12 +210,24 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   const auto mesh = closed_mesh(options.mesh, options.unit);
   pipeline::Run run;
-  const auto field = stages::field(stages::FieldParams{}, run, mesh);
+  const std::string where = options.mesh.string() + ", " + options.grasp.string();
+  const auto field = pipeline::contained<geometry::SignedDistanceField>(
+      limits_of_evaluation(), where, [&] { return stages::field(stages::FieldParams{}, run, mesh); });
 
   int bad = 0;
   json list = json::array();
-  for (const auto& protocol : protocols)
-    for (json& entry : evaluated(protocol, grasps, mesh, field, hand)) list.push_back(std::move(entry));
+  std::vector<physics::Recording> recordings;
+  for (const auto& protocol : protocols) {
+    Evaluated seen = evaluated(protocol, where, !options.record.empty(), grasps, mesh, field, hand);
+    for (json& entry : seen.entries) list.push_back(std::move(entry));
+    std::ranges::move(seen.recordings, std::back_inserter(recordings));
+  }
+  if (!options.record.empty())
+    write_whole(options.record, [&](const fs::path& file) {
+      std::ofstream out(file);
+      out << physics::to_json(recordings).dump() << '\n';
+      if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+    });
   for (const json& entry : list) {
     const std::string outcome = entry["outcome"], protocol = entry["protocol"], reason = entry["reason"];
     bad += outcome == "rejected" || outcome == "error";

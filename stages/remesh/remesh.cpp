@@ -12,6 +12,7 @@
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
 #include "stages/remesh/isotropic.h"
+#include "stages/remesh/remesher.h"
 
 namespace geocage::stages {
 
@@ -26,6 +27,8 @@ void RemeshParams::visit(pipeline::Fields& f) {
   f("edge_length_m", edge_length_m, {0.0002, 1}, "wanted edge length");
   f("vertices", vertices, {20, 2000000}, "wanted number of vertices");
   f("sweeps", sweeps, {1, 100}, "rounds of split, collapse, flip, smooth, project");
+  f("least_angle_deg", least_angle_deg, {0, 35},
+    "a net with a smaller angle is not answered: a wrap's takes its place, or it is refused");
 }
 
 namespace {
@@ -55,14 +58,34 @@ int wanted_vertices(const RemeshParams& params, const MeshReport& report) {
   return static_cast<int>(std::lround(vertices));
 }
 
+/// The triangle with the smallest angle, and where it is.
+std::string slimmest(const TriangleMesh& mesh, double edge_m) {
+  int worst = 0;
+  double least = M_PI;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const auto& [a, b, c] = mesh.triangles[f];
+    const double angle = least_angle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+    if (angle >= least) continue;
+    least = angle;
+    worst = static_cast<int>(f);
+  }
+  const auto& p = mesh.vertices[mesh.triangles[worst][0]];
+  return fmt::format(
+      "triangle {} near ({:.4g}, {:.4g}, {:.4g}) m has an angle of {:.1f} degrees: a neck, handle or wall "
+      "there is thinner than the {:.3g} m edges can follow",
+      worst, p.x(), p.y(), p.z(), least * 180 / M_PI, edge_m);
+}
+
 /// What keeps a net from being what was promised; empty if nothing does.
-std::string flaw_of_net(int euler_before, const MeshReport& report, const TriangleMesh& mesh) {
+std::string flaw_of_net(int euler_before, double least_angle_deg, const MeshReport& report,
+                        const TriangleMesh& mesh) {
   if (!report.closed_manifold())
     return "the remeshed surface is not a closed manifold: " + geometry::flaw(report);
   if (report.euler != euler_before)
     return fmt::format("the Euler characteristic went from {} to {}", euler_before, report.euler);
   const auto crossings = geometry::crossing_triangles(mesh);
-  if (crossings.empty()) return "";
+  if (crossings.empty())
+    return report.min_angle_rad * 180 / M_PI < least_angle_deg ? slimmest(mesh, report.mean_edge_m) : "";
   const auto [f, g] = crossings.front();
   const auto& p = mesh.vertices[mesh.triangles[f][0]];
   return fmt::format(
@@ -104,7 +127,7 @@ Net net_on(const RemeshParams& params, pipeline::Run& run, const TriangleMesh& s
     net.mesh = isotropic(source, net.wanted, params.sweeps,
                          [&](std::size_t done, std::size_t total) { run.progress(done, total); });
     net.report = geometry::check_mesh(net.mesh);
-    return flaw_of_net(report.euler, net.report, net.mesh);
+    return flaw_of_net(report.euler, params.least_angle_deg, net.report, net.mesh);
   };
   why = attempt(surface, before);
   const double edge_m = std::sqrt(before.area_m2 / net.wanted / area_per_vertex);
@@ -119,8 +142,10 @@ Net net_on(const RemeshParams& params, pipeline::Run& run, const TriangleMesh& s
     return net;
   }
   if (!why.empty())
-    throw UserError(Fault::geometry, "remesh", why,
-                    "take a shorter remesh.edge_length_m, or smooth more by reconstruct.samples_per_node");
+    throw UserError(
+        Fault::geometry, "remesh", why,
+        "take a shorter remesh.edge_length_m, smooth more by reconstruct.samples_per_node, or, for a "
+        "slim angle alone, a smaller remesh.least_angle_deg");
   return net;
 }
 

@@ -120,6 +120,23 @@ TEST(Remesh, WhatEdgesCanNotFollowIsWrapped) {
   EXPECT_LT(run.metrics().at("hausdorff_m"), 1.25 * alpha_m + 0.004);  // and half an edge
 }
 
+// A ring whose tube is thinner than an edge is long can't have round triangles: it is answered by a wrap or
+// refused with the place, unless slim ones are asked for.
+TEST(Remesh, SlimAnglesAreNotAnswered) {
+  const auto ring = datasets::torus(0.03, 0.0005, 120, 12);
+  pipeline::Run run;
+  const auto slim = remesh({.edge_length_m = 0.004, .least_angle_deg = 0}, run, ring);
+  EXPECT_LT(check_mesh(slim).min_angle_rad, 25 * degree);
+  EXPECT_EQ(run.metrics().at("wrap_alpha_m"), 0);
+  try {
+    const auto round = remesh({.edge_length_m = 0.004}, run, ring);
+    EXPECT_GE(check_mesh(round).min_angle_rad, 25 * degree);
+    EXPECT_GT(run.metrics().at("wrap_alpha_m"), 0);
+  } catch (const pipeline::UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("angle"), std::string::npos) << error.what();
+  }
+}
+
 TriangleMesh shuffled(TriangleMesh mesh, unsigned seed) {
   std::mt19937 random(seed);
   const auto shuffle = [&](auto& list) {
