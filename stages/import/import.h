@@ -55,8 +55,8 @@ geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run
                                   const geometry::SourceFile& file);
 
 inline constexpr pipeline::Stage import_mesh_stage{"import", 3, &import_mesh, 3.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 3, &import_cloud};
-inline constexpr pipeline::Stage import_part_stage{"import", 3, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 2, &find_scene};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 4, &import_cloud};
+inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
+inline constexpr pipeline::Stage scene_stage{"scene", 3, &find_scene};
 
 }  // namespace geocage::stages
