@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -183,8 +184,22 @@ std::string error_of(const fs::path& path) {
   return "";
 }
 
+/// Who set a parameter: by "stage.field", the last one that did.
+using Origins = std::map<std::string, std::string>;
+
 /// The parameters of an object (or of one of a scene) by its name.
-using ParametersOf = std::function<StageParameters(const std::string&)>;
+struct Chosen {
+  StageParameters parameters;
+  Origins origins;
+};
+using ParametersOf = std::function<Chosen(const std::string&)>;
+
+void apply_known(const std::vector<Setting>& settings, const std::string& who, Chosen& chosen,
+                 std::vector<std::string>& mistakes) {
+  apply_all(settings, chosen.parameters, mistakes);
+  for (const auto& setting : settings)
+    chosen.origins[setting.stage + "." + setting.field] = who.empty() ? setting.where : who;
+}
 
 /// Adds the slots of one object in one variant, for all hands.
 class Planner {
@@ -202,7 +217,16 @@ class Planner {
       add_lost_pairs(object, object.skipped, failed);
       return;
     }
-    const StageParameters parameters = parameters_of(object.name);
+    const Chosen chosen = parameters_of(object.name);
+    const StageParameters& parameters = chosen.parameters;
+    origins_ = chosen.origins;
+    if (object.cloud && parameters.noise.surface == "truth") {
+      add_lost_pairs(object, "",
+                     object.path.string() +
+                         ": error: a scan has no true surface (say noise.surface = "
+                         "'reconstruction', or take a mesh)");
+      return;
+    }
     if (object.cloud && parameters.import.scene != "object" && parameters.import.cluster == "all")
       add_scene(object, variant, parameters, parameters_of);
     else
@@ -250,8 +274,9 @@ class Planner {
       name_ = one.name + variant.name;
       shared_ = scene_slots;
       const stages::PartParams part_params{static_cast<int>(k)};
-      add_slots(one, parameters_of(one.name), slot("import", stages::import_part_stage, part_params, scene),
-                {});
+      const Chosen chosen = parameters_of(one.name);
+      origins_ = chosen.origins;
+      add_slots(one, chosen.parameters, slot("import", stages::import_part_stage, part_params, scene), {});
       added = true;
     }
     if (!added)
@@ -285,10 +310,19 @@ class Planner {
   Target<Out> slot(const std::string& label, const pipeline::Stage<Out, Params, In...>& stage, Params params,
                    std::type_identity_t<Target<In>>... inputs) {
     const std::string name = name_ + "/" + label;
-    auto& listed =
-        flow_.parameters.emplace_back(name, std::vector<std::pair<std::string, std::string>>{}).second;
-    const pipeline::Fields fields = pipeline::fields_of(params);
-    for (const auto& field : fields.list()) listed.emplace_back(field.name, pipeline::value_text(field));
+    auto& listed = flow_.parameters.emplace_back(name, std::vector<reports::ParameterInput>{}).second;
+    Params defaults;
+    const pipeline::Fields fields = pipeline::fields_of(params), plain = pipeline::fields_of(defaults);
+    const std::string group = stage.name == std::string_view("scene") ? "import" : std::string(stage.name);
+    for (std::size_t i = 0; i < fields.list().size(); ++i) {
+      const auto& field = fields.list()[i];
+      const std::string value = pipeline::value_text(field);
+      const auto origin = origins_.find(group + "." + std::string(field.name));
+      listed.push_back({std::string(field.name), value,
+                        origin != origins_.end()                         ? origin->second
+                        : value == pipeline::value_text(plain.list()[i]) ? "default"
+                                                                         : "the object or hand"});
+    }
     shared_.push_back(name);
     return pipeline_.add(name, stage, params, inputs...);
   }
@@ -299,12 +333,20 @@ class Planner {
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
     const auto occupancy = slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
     slot("clearance", stages::clearance_stage, p.clearance, occupancy);
-    const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
-    const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
+    const bool true_surface = p.noise.surface == "truth";
+    const auto surface =
+        true_surface ? truth : slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
+    const auto clean = slot("remesh", stages::remesh_stage, p.remesh, surface);
+    const auto mesh = p.noise.asked() ? slot("noise", stages::noise_stage, p.noise, clean) : clean;
     if (!object.cloud) {
-      slot("surface_accuracy", stages::accuracy_stage, p.accuracy, surface, truth);
+      if (!true_surface) slot("surface_accuracy", stages::accuracy_stage, p.accuracy, surface, truth);
       slot("mesh_accuracy", stages::accuracy_stage, p.accuracy, mesh, truth);
     }
+    auto reference = clean;
+    if (p.agreement.reference == "truth" && !object.cloud && !true_surface)
+      reference = slot("reference_mesh", stages::remesh_stage, p.remesh, truth);
+    const bool compared =
+        p.agreement.reference == "clean" || (p.agreement.reference == "truth" && !object.cloud);
     const auto field = slot("field", stages::field_stage, p.field, mesh);
     const auto tested = object.cloud ? mesh : truth;
     const auto tested_field = object.cloud ? field : slot("truth_field", stages::field_stage, p.field, truth);
@@ -323,6 +365,13 @@ class Planner {
 
       const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
+      if (compared) {
+        const auto clean_balls =
+            slot(of_hand("reference_balls"), stages::balls_stage, balls_params, reference);
+        const auto clean_scores =
+            slot(of_hand("reference_score"), stages::score_stage, p.score, reference, clean_balls);
+        slot(of_hand("agreement"), stages::agreement_stage, p.agreement, clean_scores, scores);
+      }
       const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
                                occupancy, hands_[i]);
       const auto ways =
@@ -335,6 +384,8 @@ class Planner {
 
       FlowPair pair = new_pair(object, hand);
       pair.slots = shared_;
+      if (compared) pair.agreement_slot = name_ + "/" + of_hand("agreement");
+      pair.metric = p.balls.metric;
       for (auto [stage, at] : {std::pair{"score", &pair.score_slot},
                                {"place", &pair.place_slot},
                                {"approach", &pair.approach_slot},
@@ -357,6 +408,7 @@ class Planner {
   std::vector<Target<hands::Hand>> hands_;
   std::string name_;
   std::vector<std::pair<std::string, std::string>> levels_;
+  Origins origins_;
   std::vector<std::string> shared_;  ///< slots of the object, and of the pair under way
 };
 
@@ -388,13 +440,14 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
   for (const auto& object : flow_objects(request, script))
     for (const auto& variant : variants)
       planner.add(object, variant, [&](const std::string& name) {
-        StageParameters parameters;
-        apply_all(object.settings, parameters, mistakes);
-        apply_all(script.stage_settings, parameters, mistakes);
+        Chosen chosen;
+        apply_known(object.settings, "the catalogue", chosen, mistakes);
+        apply_known(script.stage_settings, "", chosen, mistakes);
         for (const auto& [known, setting] : script.object_settings)
-          if (known == object.name || known == name) apply_all({setting}, parameters, mistakes);
-        apply_all(variant.settings, parameters, mistakes);
-        return parameters;
+          if (known == object.name || known == name)
+            apply_known({setting}, setting.where + " [object." + known + "]", chosen, mistakes);
+        apply_known(variant.settings, "the sweep", chosen, mistakes);
+        return chosen;
       });
   if (!mistakes.empty()) throw ConfigurationError(mistakes);
   return flow;

@@ -8,6 +8,7 @@
 #include "cli/parameters.h"
 #include "hands/hand.h"
 #include "pipeline/pipeline.h"
+#include "reports/report.h"
 
 namespace geocage::cli {
 
@@ -27,7 +28,8 @@ struct FlowPair {
   std::string base;                               ///< the object without its variant
   std::vector<std::pair<std::string, std::string>> levels;  ///< of the sweep: "scan.sigma_m", "0.001"
   std::vector<std::string> slots;
-  std::string score_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
+  std::string score_slot, agreement_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
+  std::string metric = "hop";  ///< of the balls
 };
 
 struct Flow {
@@ -35,8 +37,8 @@ struct Flow {
   std::vector<std::string> swept;  ///< "stage.field" of the sweep's lists
   std::vector<hands::Hand> hands;
   std::vector<FlowPair> pairs;
-  /// Parameters of every slot, as text.
-  std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> parameters;
+  /// Parameters of every slot, as text, and who set each.
+  std::vector<std::pair<std::string, std::vector<reports::ParameterInput>>> parameters;
 };
 
 /// Reads the flow, resolves its objects and hands, and adds every slot to `pipeline`. The order of stages is

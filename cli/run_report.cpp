@@ -1,5 +1,6 @@
 #include "cli/run_report.h"
 
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <map>
@@ -9,7 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "cli/results_table.h"
 #include "pipeline/digest.h"
+#include "reports/viewer_files.h"
 
 namespace geocage::cli {
 
@@ -81,7 +84,7 @@ std::vector<reports::SceneInput> scenes_of(const RunSummary& summary, const Slot
   return scenes;
 }
 
-reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
+reports::ReportInput input_of(const Flow& flow, const RunSummary& summary, const ReportOptions& options) {
   Slots slots;
   for (const auto& slot : summary.slots) slots[slot.slot] = &slot;
   reports::ReportInput input;
@@ -100,6 +103,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
     shown.sentence = result.sentence;
     shown.source = pair.source;
     shown.truth_known = pair.truth_known;
+    shown.drawn = static_cast<int>(i) < options.pictures;
     shown.up_O = pair.up_O;
     shown.cloud = folder_of(slots, pair.object + "/cloud");
     shown.scores = folder_of(slots, pair.score_slot);
@@ -107,7 +111,19 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
     shown.trajectories = folder_of(slots, pair.approach_slot);
     shown.evaluations = folder_of(slots, pair.evaluate_slot);
     shown.cages = folder_of(slots, pair.cage_slot);
+    shown.occupancy = folder_of(slots, pair.object + "/occupancy");
+    shown.field = folder_of(slots, pair.object + "/field");
+    shown.metric = pair.metric;
+    shown.base = pair.base;
+    shown.levels = pair.levels;
   }
+  for (const auto& failure : options.failures)
+    if (slots.contains(failure.slot))
+      input.failures.push_back({failure.slot, failure.code, failure.sentence, failure.command});
+  const Table grasps = grasp_table(flow, summary);
+  for (const Table& table : {grasps, rate_table(flow, grasps), paired_table(flow, grasps)})
+    input.tables.push_back({table.name, table.columns, table.rows});
+  input.viewer = viewer_folder();
   input.scenes = scenes_of(summary, slots);
   for (const auto& slot : summary.slots)
     input.slots.push_back({slot.slot, slot.stage, std::string(pipeline::word(slot.state)), slot.seconds,
@@ -122,14 +138,20 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary) {
 /// report.
 std::string stamp_of(const reports::ReportInput& input) {
   std::ostringstream text;
-  text << "geocage-report 3 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
+  text << "geocage-report 4 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
   for (const auto& pair : input.pairs)
-    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.sentence << "\n";
+    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.drawn << " "
+         << pair.sentence << "\n";
   for (const auto& slot : input.slots)
     text << slot.slot << " " << slot.folder.filename().string() << " " << slot.made_seconds << " "
          << slot.sentence << "\n";
   for (const auto& [slot, parameters] : input.parameters)
-    for (const auto& [name, value] : parameters) text << slot << " " << name << " = " << value << "\n";
+    for (const auto& [name, value, from] : parameters)
+      text << slot << " " << name << " = " << value << " (" << from << ")\n";
+  for (const auto& failure : input.failures) text << failure.slot << " " << failure.command << "\n";
+  for (const char* part : {"app.js", "scene.js", "plots.js", "app.css"})
+    if (reports::viewer_is_built(input.viewer))
+      text << part << " " << pipeline::sha256_of_file(input.viewer / part) << "\n";
   return pipeline::sha256_of(text.str());
 }
 
@@ -150,16 +172,27 @@ RunSummary summarise(const Flow& flow, std::vector<SlotResult> results) {
   return summary;
 }
 
-fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder) {
-  const auto input = input_of(flow, summary);
+fs::path viewer_folder() {
+  const char* folder = std::getenv("GEOCAGE_VIEWER");
+  return folder ? folder : GEOCAGE_VIEWER_DIR;
+}
+
+fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder,
+                          const ReportOptions& options) {
+  if (options.single_file && !reports::viewer_is_built(viewer_folder()))
+    throw pipeline::UserError(pipeline::Fault::configuration, "--single-file",
+                              "the report's pages were not built",
+                              "install node and npm and build again, or leave --single-file out");
+  const auto input = input_of(flow, summary, options);
   const std::string stamp = stamp_of(input);
   const fs::path stamp_file = folder / "report.key", page = folder / "index.html";
   std::string known;
   std::getline(std::ifstream(stamp_file), known);
-  if (known == stamp && fs::exists(page)) return page;
-  const fs::path written = reports::write_report(input, folder);
-  std::ofstream(stamp_file) << stamp << "\n";
-  return written;
+  if (known != stamp || !fs::exists(page)) {
+    reports::write_report(input, folder);
+    std::ofstream(stamp_file) << stamp << "\n";
+  }
+  return options.single_file ? reports::write_single_file(folder) : page;
 }
 
 }  // namespace geocage::cli

@@ -13,12 +13,12 @@ namespace fs = std::filesystem;
 using pipeline::Fault;
 using pipeline::UserError;
 
-namespace {
-
 fs::path hands_folder() {
   const char* data = std::getenv("GEOCAGE_DATA");
   return fs::path(data ? data : GEOCAGE_SOURCE_TREE) / "hands";
 }
+
+namespace {
 
 /// The folder of hand.toml: a folder, the folder of a URDF, or a name in the project's `hands/`.
 fs::path folder_of(const std::string& name_or_path) {

@@ -9,4 +9,7 @@ namespace geocage::hands {
 /// `siblings`. Errors as load_hand.
 Hand read_hand_folder(const std::filesystem::path& folder, const std::filesystem::path& siblings);
 
+/// `hands/` of the source tree, or of the folder in the environment variable GEOCAGE_DATA.
+std::filesystem::path hands_folder();
+
 }  // namespace geocage::hands

@@ -15,58 +15,6 @@ namespace {
 
 constexpr double least_damping = 1e-12, most_damping = 1e8;
 
-/// H dx = -g of slices 1 .. T: H has `diagonal` blocks and `below` them the block of slices t + 1, t.
-struct Normal {
-  std::vector<MatrixXd> diagonal;
-  MatrixXd below;
-  std::vector<VectorXd> gradient;
-};
-
-Normal normal_equations(const Problem& problem, const MatrixXd& Winv, const Path& path) {
-  const Process& p = problem.process;
-  const auto T = static_cast<std::size_t>(problem.horizon);
-  const MatrixXd AW = p.A.transpose() * Winv, AWA = AW * p.A;
-  Normal normal{{}, -AW.transpose(), {}};
-  for (std::size_t t = 1; t <= T; ++t) {
-    const Quadratic q = linearise(problem, static_cast<int>(t), path[t]);
-    MatrixXd H = Winv + q.R;
-    VectorXd g = Winv * (path[t] - p.A * path[t - 1] - p.a) + q.R * path[t] - q.r;
-    if (t < T) {
-      H += AWA;
-      g -= AW * (path[t + 1] - p.A * path[t] - p.a);
-    }
-    normal.diagonal.push_back(std::move(H));
-    normal.gradient.push_back(std::move(g));
-  }
-  return normal;
-}
-
-/// The path after a damped step, each slice moved by at most `max_step`.
-Path stepped(const Normal& normal, const Path& path, double damping, double max_step) {
-  const std::size_t T = normal.diagonal.size();
-  std::vector<Eigen::LLT<MatrixXd>> pivot(T);
-  std::vector<VectorXd> rest(T);
-  for (std::size_t t = 0; t < T; ++t) {
-    MatrixXd H = normal.diagonal[t];
-    H.diagonal().array() += damping;
-    rest[t] = -normal.gradient[t];
-    if (t > 0) {
-      H -= normal.below * pivot[t - 1].solve(normal.below.transpose());
-      rest[t] -= normal.below * pivot[t - 1].solve(rest[t - 1]);
-    }
-    pivot[t].compute(H);
-  }
-  Path next = path;
-  VectorXd change;
-  for (std::size_t t = T; t-- > 0;) {
-    if (t + 1 < T) rest[t] -= normal.below.transpose() * change;
-    change = pivot[t].solve(rest[t]);
-    const double length = change.norm();
-    next[t + 1] += length > max_step ? VectorXd(change * (max_step / length)) : change;
-  }
-  return next;
-}
-
 double largest_move(const Path& a, const Path& b) {
   double most = 0;
   for (std::size_t t = 0; t < a.size(); ++t) most = std::max(most, (a[t] - b[t]).lpNorm<Eigen::Infinity>());
@@ -75,37 +23,170 @@ double largest_move(const Path& a, const Path& b) {
 
 }  // namespace
 
-GaussNewtonResult gauss_newton(const Problem& problem, Path initial, const GaussNewtonParams& params) {
-  GaussNewtonResult result{AicoOutcome::sweep_limit, std::move(initial), {}};
-  result.path[0] = problem.start;
-  result.costs.push_back(total_cost(problem, result.path));
-  const MatrixXd Winv = problem.process.W.llt().solve(MatrixXd::Identity(problem.dim(), problem.dim()));
-  Normal normal = normal_equations(problem, Winv, result.path);
-  double damping = params.damping;
-  int rejections = 0;
-  for (int step = 0; step < params.max_steps; ++step) {
-    Path next = stepped(normal, result.path, damping, params.max_step);
-    const double cost = total_cost(problem, next), best = result.costs.back();
-    const bool still = largest_move(next, result.path) < params.step_tolerance;
-    if (!(cost <= best)) {
-      if (still || ++rejections == params.max_rejections) {
-        result.outcome = still ? AicoOutcome::converged : AicoOutcome::stalled;
+class GaussNewton::Stepper {
+ public:
+  Stepper(const Problem& problem, const GaussNewtonParams& params)
+      : problem_(problem),
+        params_(params),
+        n_(problem.dim()),
+        T_(static_cast<std::size_t>(problem.horizon)),
+        terms_(problem),
+        weights_(problem.model ? T_ : 1),
+        q_{MatrixXd(n_, n_), VectorXd(n_)},
+        defect_(n_),
+
+        pivot_(T_, Eigen::LLT<MatrixXd>(n_)),
+        H_(n_, n_) {
+    diagonal_.assign(T_, MatrixXd::Zero(n_, n_));
+    above_ = diagonal_;
+    gradient_.assign(T_, VectorXd::Zero(n_));
+    rest_ = gradient_;
+    next_.assign(T_ + 1, VectorXd::Zero(n_));
+    result_.path = next_;
+    result_.costs.reserve(static_cast<std::size_t>(params.max_steps) + 1);
+    for (Weight& w : weights_) {
+      w.Winv = w.AW = w.AWA = MatrixXd::Zero(n_, n_);
+      w.W = Eigen::LLT<MatrixXd>(n_);
+    }
+    if (!problem.model) weigh(problem.process, weights_[0]);
+  }
+
+  const GaussNewtonResult& search(const Path& initial) {
+    for (std::size_t t = 0; t <= T_; ++t) result_.path[t] = t == 0 ? problem_.start : initial[t];
+    result_.costs.clear();
+    result_.costs.push_back(terms_.total_cost(result_.path));
+    result_.outcome = AicoOutcome::sweep_limit;
+    normal_equations();
+    double damping = params_.damping;
+    int rejections = 0;
+    for (result_.steps = 0; result_.steps < params_.max_steps;) {
+      ++result_.steps;
+      take_step(damping);
+      const double cost = terms_.total_cost(next_), best = result_.costs.back();
+      const bool still = largest_move(next_, result_.path) < params_.step_tolerance;
+      if (!(cost <= best)) {
+        const bool rested = still && rejections == 0;  // later moves are small of damping
+        if (rested || ++rejections == params_.max_rejections) {
+          result_.outcome = rested ? AicoOutcome::converged : AicoOutcome::stalled;
+          break;
+        }
+        damping = std::min(most_damping, std::max(damping, least_damping) * 10);
+        continue;
+      }
+      rejections = 0;
+      damping = damping == 0 ? 0 : std::max(least_damping, damping / 5);
+      std::swap(result_.path, next_);
+      result_.costs.push_back(cost);
+      if (still || best - cost <= params_.cost_tolerance * std::max(1.0, std::abs(cost))) {
+        result_.outcome = AicoOutcome::converged;
         break;
       }
-      damping = std::min(most_damping, std::max(damping, least_damping) * 10);
-      continue;
+      normal_equations();
     }
-    rejections = 0;
-    damping = damping == 0 ? 0 : std::max(least_damping, damping / 5);
-    result.path = std::move(next);
-    result.costs.push_back(cost);
-    if (still || best - cost <= params.cost_tolerance * std::max(1.0, std::abs(cost))) {
-      result.outcome = AicoOutcome::converged;
-      break;
-    }
-    normal = normal_equations(problem, Winv, result.path);
+    return result_;
   }
-  return result;
+
+ private:
+  /// W^-1, A' W^-1 and A' W^-1 A of a step.
+  struct Weight {
+    Eigen::LLT<MatrixXd> W;
+    MatrixXd Winv, AW, AWA;
+    Process process;
+  };
+
+  static void weigh(const Process& p, Weight& w) {
+    w.process = p;
+    w.W.compute(p.W);
+    w.Winv.setIdentity();
+    w.W.solveInPlace(w.Winv);
+    w.AW.noalias() = p.A.transpose() * w.Winv;
+    w.AWA.noalias() = w.AW * p.A;
+  }
+  const Weight& weight(std::size_t t) const { return weights_[problem_.model ? t : 0]; }
+
+  /// H dx = -g of slices 1 .. T at the path: blocks on the diagonal, and above_[t] that of slices t, t + 1.
+  void normal_equations() {
+    const Path& path = result_.path;
+    if (problem_.model)
+      for (std::size_t t = 0; t < T_; ++t) weigh(terms_.process(static_cast<int>(t), path[t]), weights_[t]);
+    for (std::size_t t = 1; t <= T_; ++t) {
+      MatrixXd& H = diagonal_[t - 1];
+      VectorXd& g = gradient_[t - 1];
+      terms_.linearise(static_cast<int>(t), path[t], q_);
+      H = weight(t - 1).Winv + q_.R;
+      g.noalias() = q_.R * path[t];
+      g -= q_.r;
+      find_defect(t - 1);
+      g.noalias() += weight(t - 1).Winv * defect_;
+      if (t == T_) break;
+      H += weight(t).AWA;
+      find_defect(t);
+      g.noalias() -= weight(t).AW * defect_;
+    }
+  }
+
+  void find_defect(std::size_t t) {
+    const Process& p = weight(t).process;
+    defect_ = result_.path[t + 1] - p.a;
+    defect_.noalias() -= p.A * result_.path[t];
+  }
+
+  /// next_: the path after a damped step, each slice moved by at most `max_step`.
+  void take_step(double damping) {
+    for (std::size_t t = 0; t < T_; ++t) {
+      H_ = diagonal_[t];
+      H_.diagonal().array() += damping;
+      rest_[t] = -gradient_[t];
+      if (t > 0) {
+        // With H = L L' of the slice before: E = L^-1 (block above), H -= E' E, rest -= E' L^-1 rest.
+        H_.selfadjointView<Eigen::Lower>().rankUpdate(above_[t - 1].transpose(), -1);
+        rest_[t].noalias() -= above_[t - 1].transpose() * rest_[t - 1];
+      }
+      pivot_[t].compute(H_);
+      pivot_[t].matrixL().solveInPlace(rest_[t]);
+      if (t + 1 == T_) break;
+      above_[t] = -weight(t + 1).AW;
+      pivot_[t].matrixL().solveInPlace(above_[t]);
+    }
+    next_[0] = result_.path[0];
+    for (std::size_t t = T_; t-- > 0;) {
+      VectorXd& change = rest_[t];
+      if (t + 1 < T_) change.noalias() -= above_[t] * rest_[t + 1];
+      pivot_[t].matrixU().solveInPlace(change);
+    }
+    for (std::size_t t = 0; t < T_; ++t) {
+      const double length = rest_[t].norm();
+      next_[t + 1] =
+          result_.path[t + 1] + (length > params_.max_step ? params_.max_step / length : 1) * rest_[t];
+    }
+  }
+
+  const Problem& problem_;
+  const GaussNewtonParams params_;
+  const Eigen::Index n_;
+  const std::size_t T_;
+  Terms terms_;
+  std::vector<Weight> weights_;
+  Quadratic q_;
+  VectorXd defect_;
+  std::vector<Eigen::LLT<MatrixXd>> pivot_;
+  MatrixXd H_;
+  std::vector<MatrixXd> diagonal_, above_;
+  std::vector<VectorXd> gradient_, rest_;
+  Path next_;
+  GaussNewtonResult result_;
+};
+
+GaussNewton::GaussNewton(const Problem& problem, const GaussNewtonParams& params)
+    : stepper_(std::make_unique<Stepper>(problem, params)) {}
+GaussNewton::~GaussNewton() = default;
+
+const GaussNewtonResult& GaussNewton::search(const Path& initial) {
+  return stepper_->search(initial);
+}
+
+GaussNewtonResult gauss_newton(const Problem& problem, const Path& initial, const GaussNewtonParams& params) {
+  return GaussNewton(problem, params).search(initial);
 }
 
 }  // namespace geocage::motion

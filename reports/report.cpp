@@ -12,6 +12,7 @@
 #include "reports/pair_page.h"
 #include "reports/scene_page.h"
 #include "reports/style.h"
+#include "reports/viewer_files.h"
 
 namespace geocage::reports {
 
@@ -142,6 +143,13 @@ std::string sources(const std::vector<PairInput>& pairs) {
   return section("Where the objects come from", table(rows, "class=\"text\""));
 }
 
+std::string parameter_rows(const std::vector<ParameterInput>& parameters) {
+  std::vector<Row> rows = {{"name", "value", "set by"}};
+  for (const auto& parameter : parameters)
+    rows.push_back({escaped(parameter.name), element("code", escaped(parameter.value)), escaped(parameter.from)});
+  return table(rows, "class=\"text\"");
+}
+
 std::string text_rows(const Texts& texts) {
   std::vector<Row> rows = {{"name", "value"}};
   for (const auto& [name, value] : texts) rows.push_back({escaped(name), element("code", escaped(value))});
@@ -164,7 +172,8 @@ std::string slot_table(const std::vector<SlotInput>& slots) {
 
 std::string details(const ReportInput& input, const std::vector<PairResults>& pairs) {
   std::string parameters, engines;
-  for (const auto& [slot, texts] : input.parameters) parameters += fold(escaped(slot), text_rows(texts));
+  for (const auto& [slot, list] : input.parameters)
+    parameters += fold(escaped(slot), parameter_rows(list));
   std::set<std::string> told;
   for (const PairResults& pair : pairs)
     if (pair.evaluations)
@@ -184,9 +193,16 @@ std::string footer(const Texts& run) {
   return element("footer", html);
 }
 
+std::string no_viewer() {
+  return element("p",
+                 "This report has no 3-D views, no interactive plots and no table to filter and sort: their "
+                 "scripts were not built, because node, npm or the network was missing. Everything else is here.",
+                 "class=\"soft\"");
+}
+
 std::string page(const ReportInput& input, const std::vector<PairResults>& pairs,
-                 const std::vector<std::vector<Figure>>& figures, const std::string& scenes) {
-  std::string body = header(input) + overview(pairs) + scenes;
+                 const std::vector<std::vector<Figure>>& figures, const std::string& scenes, bool viewer) {
+  std::string body = header(input) + (viewer ? "" : no_viewer()) + overview(pairs) + scenes;
   for (std::size_t i = 0; i < pairs.size(); ++i) body += pair_section(pairs[i], figures[i], pair_id(i));
   body += troubles(input) + meaning() + times(input.slots) + sources(input.pairs) + details(input, pairs) +
           footer(input.run);
@@ -219,14 +235,17 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
     pairs.push_back(load_pair(input.pairs[i]));
     const std::string prefix =
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
-    figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
+    figures.push_back(input.pairs[i].drawn ? draw_pair(pairs[i], input.hands, pictures, prefix)
+                                           : std::vector<Figure>{});
   }
   std::string scenes;
   for (std::size_t i = 0; i < input.scenes.size(); ++i)
     scenes += scene_section(input.scenes[i], pictures,
                             fmt::format("scene-{}-{}", i + 1, plain_name(input.scenes[i].name)));
+  const bool viewer = viewer_is_built(input.viewer);
   fs::path index = folder / "index.html";
-  write_by_rename(index, page(input, pairs, figures, scenes));
+  write_by_rename(viewer ? folder / "plain.html" : index, page(input, pairs, figures, scenes, viewer));
+  if (viewer) write_viewer(input, pairs, figures, folder);
   return index;
 }
 

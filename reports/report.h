@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "geometry/pose.h"
@@ -23,9 +24,14 @@ struct PairInput {
   std::string outcome;       ///< "done", "failed", "rejected" or "skipped"
   std::string sentence;      ///< why, unless done
   std::string source;        ///< where the object comes from: package and licence, or file
+  bool drawn = true;         ///< with pictures
   bool truth_known = false;  ///< the object's file is its true surface; else it is a scan
   geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< of pictures, where the cloud knows no table
   std::filesystem::path cloud, scores, grasps, trajectories, evaluations, cages;
+  std::filesystem::path occupancy, field;  ///< for the 3-D pages alone
+  std::string metric = "hop";              ///< of the balls: "hop" or "dijkstra"
+  std::string base;                        ///< the object without the sweep's levels
+  std::vector<std::pair<std::string, std::string>> levels;  ///< of the sweep: "scan.sigma_m", "0.001"
 };
 
 /// A scene with its objects; `meshes` are those of its objects, in their order.
@@ -44,6 +50,24 @@ struct SlotInput {
   std::map<std::string, double> metrics;
 };
 
+/// A parameter of a slot and who set it: a place in the flow file, "--set", "default" or what geocage took it
+/// from.
+struct ParameterInput {
+  std::string name, value, from;
+};
+
+/// An entry of the ledger.
+struct FailureInput {
+  std::string slot, code, sentence, command;
+};
+
+/// A table of results.csv or results.sqlite. A cell is nothing, a number or a text.
+struct TableInput {
+  std::string name;
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::variant<std::monostate, double, std::string>>> rows;
+};
+
 /// Names with texts, in order.
 using Texts = std::vector<std::pair<std::string, std::string>>;
 
@@ -55,13 +79,18 @@ struct ReportInput {
   std::vector<PairInput> pairs;
   std::vector<SceneInput> scenes;
   std::vector<SlotInput> slots;
-  std::vector<std::pair<std::string, Texts>> parameters;  ///< of each slot
+  std::vector<std::pair<std::string, std::vector<ParameterInput>>> parameters;  ///< of each slot
+  std::vector<FailureInput> failures;
+  std::vector<TableInput> tables;  ///< grasps, rates, paired
+  std::filesystem::path viewer;    ///< the pages' scripts; empty: not built
   std::vector<hands::Hand> hands;                         ///< those that pairs name
   Texts run;  ///< program, host, date, duration: kept out of artefacts
 };
 
 /// Writes index.html and pictures/ into `folder` (made if it isn't there) and answers the path of index.html.
-/// The page needs no other file and no network. index.html arrives last, by rename. Errors: UserError (store)
+/// It needs no network. With `viewer` it is the pages with 3-D views and plots, and the plain page, which needs
+/// no script, is plain.html; without, index.html is the plain page and says what is missing. index.html
+/// arrives last, by rename. Errors: UserError (store)
 /// for a broken artefact; std::system_error when the folder can't be written.
 std::filesystem::path write_report(const ReportInput& input, const std::filesystem::path& folder);
 

@@ -3,12 +3,13 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 
-mapfile -t wanted < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$here/packages.txt")
+# A line is `package`, or `package ?command`: not needed where the command is there already.
 missing=()
-for package in "${wanted[@]}"; do
+while read -r package unless; do
+  if [ -n "$unless" ] && command -v "${unless#\?}" >/dev/null; then continue; fi
   status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
   [ "$status" = "install ok installed" ] || missing+=("$package")
-done
+done < <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$here/packages.txt")
 if [ ${#missing[@]} -eq 0 ]; then
   exit 0
 fi

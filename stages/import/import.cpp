@@ -24,6 +24,7 @@ using pipeline::UserError;
 
 void ImportParams::visit(pipeline::Fields& f) {
   f("unit", unit, {}, "unit of the file: m, cm, mm, inch, or metres per unit");
+  f("scale", scale, {0.01, 100}, "makes the object larger or smaller, after its unit");
   f("timeout_s", timeout_s, {0.1, 3600}, "how long the reader may take");
   f("memory_gib", memory_gib, {0.1, 64}, "how much memory the reader may take");
   f("repair", repair, {"repair", "check", "none"},
@@ -156,7 +157,7 @@ TriangleMesh solid_of(const ImportParams& params, pipeline::Run& run, TriangleMe
 }  // namespace
 
 TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
-  const double scale = geometry::unit_factor(params.unit);
+  const double scale = geometry::unit_factor(params.unit) * params.scale;
   auto mesh = pipeline::contained<TriangleMesh>(limits_of(params), file.path.string(),
                                                 [&] { return geometry::read_mesh(file.path, scale); });
   const bool turned = geometry::orient_outward(mesh);
@@ -174,7 +175,7 @@ TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const g
 }
 
 Scene find_scene(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
-  const double scale = geometry::unit_factor(params.unit);
+  const double scale = geometry::unit_factor(params.unit) * params.scale;
   const std::string name = file.path.string();
   Scene scene;
   scene.cloud = pipeline::contained<PointCloud>(limits_of(params), name,

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/run_report.h"
+#include "geometry/cloud_files.h"
+#include "geometry/mesh_files.h"
+#include "hands/grasp.h"
+#include "reports/pair_page.h"
+#include "reports/viewer_files.h"
+#include "stages/import/import.h"
+
+namespace geocage::cli {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using pipeline::Fault;
+using pipeline::UserError;
+
+namespace {
+
+/// A PLY that geocage wrote with a column of winding angles.
+bool has_scores(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string head(4096, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head.starts_with("ply") && head.find(" winding_angle_rad\n") != std::string::npos;
+}
+
+topology::Scores read_scores(const fs::path& file) {
+  topology::Scores scores;
+  std::vector<geometry::VertexField> columns;
+  scores.mesh = geometry::read_own_ply(file, &columns);
+  const auto whole = [](const std::vector<double>& values) { return std::vector<int>(values.begin(), values.end()); };
+  for (auto& column : columns) {
+    if (column.name == "winding_angle_rad") scores.ball.winding_angle_rad = std::move(column.values);
+    else if (column.name == "curvature_sum_rad") scores.ball.curvature_sum_rad = std::move(column.values);
+    else if (column.name == "observed") scores.mesh.observed = std::move(column.values);
+    else if (column.name == "ball_vertices") scores.ball.ball_vertices = whole(column.values);
+    else if (column.name == "euler") scores.ball.euler = whole(column.values);
+  }
+  return scores;
+}
+
+json read_json(const fs::path& file) {
+  std::ifstream in(file);
+  if (!in) throw UserError(Fault::input, file.string(), "there is no such file");
+  try {
+    return json::parse(in);
+  } catch (const json::exception&) {
+    throw UserError(Fault::input, file.string(), "this is not JSON");
+  }
+}
+
+/// Files become pairs: a mesh or cloud begins one, what follows joins it.
+class Shelf {
+ public:
+  Shelf(const ViewOptions& options, fs::path out) : options_(options), out_(std::move(out)) {}
+
+  void add(const fs::path& file) {
+    if (!fs::exists(file)) throw UserError(Fault::input, file.string(), "there is no such file");
+    if (file.extension() == ".json")
+      add_document(file);
+    else if (has_scores(file))
+      fresh(file).scores = read_scores(file);
+    else if (geometry::is_cloud_file(file))
+      add_cloud(file);
+    else
+      add_mesh(file);
+  }
+
+  std::vector<reports::PairResults> pairs;
+  std::vector<hands::Hand> hands;
+
+ private:
+  reports::PairResults& fresh(const fs::path& file) {
+    auto& pair = pairs.emplace_back();
+    pair.input.object = file.stem().string();
+    pair.input.source = file.string();
+    pair.input.outcome = "done";
+    return pair;
+  }
+
+  void add_mesh(const fs::path& file) {
+    stages::ImportParams params;
+    params.unit = options_.unit;
+    params.repair = "none";
+    pipeline::Run run;
+    auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
+    fresh(file).scores.emplace().mesh = std::move(mesh);
+  }
+
+  void add_cloud(const fs::path& file) {
+    stages::ImportParams params;
+    params.unit = options_.unit;
+    params.scene = "object";
+    pipeline::Run run;
+    auto cloud = stages::import_cloud(params, run, geometry::SourceFile{file});
+    auto& pair = pairs.empty() || pairs.back().cloud ? fresh(file) : pairs.back();
+    if (!pair.scores) pair.scores.emplace();
+    pair.cloud = std::move(cloud);
+  }
+
+  void add_document(const fs::path& file) {
+    const json content = read_json(file);
+    const std::string schema = content.is_object() ? content.value("schema", "") : "";
+    if (schema.starts_with("geocage-grasp"))
+      add_grasps(file);
+    else if (schema == "geocage-trajectory 1")
+      add_way(file, content);
+    else
+      throw UserError(Fault::input, file.string(),
+                      schema.empty() ? "this file has no schema" : "'" + schema + "' can't be shown",
+                      "grasps and trajectories can");
+  }
+
+  reports::PairResults& current(const fs::path& file) { return pairs.empty() ? fresh(file) : pairs.back(); }
+
+  const hands::Hand& hand_of(const std::string& name) {
+    auto known = std::ranges::find(hands, name, &hands::Hand::name);
+    if (known == hands.end()) known = hands.insert(hands.end(), hands::load_hand(name));
+    return *known;
+  }
+
+  void add_grasps(const fs::path& file) {
+    auto set = hands::read_grasps(file);
+    if (set.grasps.empty()) throw UserError(Fault::input, file.string(), "this file holds no grasp");
+    reports::PairResults& pair = current(file);
+    const hands::Hand& hand = hand_of(options_.hand.empty() ? set.grasps.front().hand : options_.hand);
+    pair.input.hand = hand.name;
+    pair.grasps = std::move(set);
+  }
+
+  /// A way without a grasp ends in one.
+  void add_way(const fs::path& file, const json& content) {
+    reports::PairResults& pair = current(file);
+    if (!pair.grasps) {
+      if (options_.hand.empty())
+        throw UserError(Fault::configuration, file.string(), "a trajectory does not say of which hand",
+                        "add --hand NAME, or the grasp's file before it");
+      if (content.at("q_rad").empty()) throw UserError(Fault::input, file.string(), "this way has no steps");
+      const hands::Hand& hand = hand_of(options_.hand);
+      hands::Grasp grasp;
+      grasp.hand = hand.name;
+      grasp.X_OH = hands::pose_from_json(content.at("X_OH").back(), file.string());
+      for (std::size_t i = 0; i < content.at("joints").size(); ++i)
+        grasp.joints_rad[content["joints"][i]] = content["q_rad"].back().at(i);
+      hands::joint_vector(hand.tree, grasp.joints_rad, file.string());
+      pair.input.hand = hand.name;
+      pair.grasps.emplace().grasps = {grasp};
+    }
+    const fs::path folder = out_ / "ways" / std::to_string(pairs.size());
+    if (pair.input.trajectories.empty()) fs::remove_all(folder);
+    fs::create_directories(folder);
+    int next = 0;
+    while (fs::exists(folder / fmt::format("trajectory_{}.json", next))) ++next;
+    fs::copy_file(file, folder / fmt::format("trajectory_{}.json", next));
+    pair.input.trajectories = folder;
+  }
+
+  const ViewOptions& options_;
+  fs::path out_;
+};
+
+}  // namespace
+
+int view(const Shared& shared, const ViewOptions& options) {
+  if (!reports::viewer_is_built(viewer_folder()))
+    throw UserError(Fault::configuration, "view", "the pages' scripts were not built",
+                    "install node and npm and build again; glTF viewers open the files of the report");
+  const fs::path out = shared.out == "report" ? fs::path("view") : shared.out;
+  Shelf shelf(options, out);
+  for (const auto& file : options.files) shelf.add(file);
+  reports::ReportInput input;
+  input.title = options.files.front().filename().string();
+  input.viewer = viewer_folder();
+  input.hands = shelf.hands;
+  input.run = {{"geocage", GEOCAGE_VERSION}};
+  fs::create_directories(out / "pictures");
+  reports::write_viewer(input, shelf.pairs, std::vector<std::vector<reports::Figure>>(shelf.pairs.size()), out);
+  const fs::path page = reports::write_single_file(out);
+  std::vector<std::string> models;
+  for (std::size_t i = 0; i < shelf.pairs.size(); ++i) {
+    const fs::path file = out / fmt::format("{}-{}.glb", i + 1, shelf.pairs[i].input.object);
+    const auto bytes = reports::pair_glb(shelf.pairs[i], shelf.hands);
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    models.push_back(file.string());
+  }
+  if (shared.json)
+    fmt::print("{}\n", json{{"schema", "geocage-view 1"}, {"page", page.string()}, {"models", models}}.dump(2));
+  else
+    fmt::print("{}\n", page.string());
+  return 0;
+}
+
+}  // namespace geocage::cli
