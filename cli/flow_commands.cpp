@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 #include <fnmatch.h>
 #include <nlohmann/json.hpp>
+#include <omp.h>
 
 #include "cli/commands.h"
 #include "cli/console.h"
@@ -94,6 +95,10 @@ std::string command_of(const Shared& shared, const FlowRequest& request) {
   return command;
 }
 
+int threads_of(int jobs) {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / std::max(1, jobs));
+}
+
 /// A store and the flow's slots over it.
 struct Opened {
   Store store;
@@ -111,6 +116,8 @@ struct Opened {
                                .subject = "the stage",
                                .hint = "--stage-seconds and --stage-memory-gib set the limits"},
                     .retry_failed = options.retry_failed,
+                    // as many workers as jobs share the machine's cores
+                    .prepare = [threads = threads_of(options.wish.jobs)] { omp_set_num_threads(threads); },
                     .command = command_of(shared, options.flow)});
     return plan_flow(options.flow, pipeline);
   }
@@ -148,11 +155,12 @@ int run(const Shared& shared, const RunOptions& options) {
     console.planned(opened.flow.pairs.size(), opened.pipeline.slots().size(), options.wish.jobs);
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
-  if (options.wish.only.empty() && options.wish.until.empty()) {
-    summary.report = write_run_report(opened.flow, summary, shared.out,
-                                      {pipeline::Ledger(opened.store).all(), options.single_file});
-    summary.results = write_results(opened.flow, summary, shared.out);
-  }
+  // The table first: it is there however long the pictures take.
+  if (options.wish.only.empty()) summary.results = write_results(opened.flow, summary, shared.out);
+  if (options.wish.only.empty() && options.wish.until.empty())
+    summary.report =
+        write_run_report(opened.flow, summary, shared.out,
+                         {pipeline::Ledger(opened.store).all(), options.single_file, options.pictures});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else
@@ -311,11 +319,11 @@ int graph(const Shared& shared, const FlowRequest& request) {
   return 0;
 }
 
-int report(const Shared& shared, const FlowRequest& request, bool single_file) {
+int report(const Shared& shared, const FlowRequest& request, bool single_file, int pictures) {
   Opened opened(shared, request);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
   summary.report = write_run_report(opened.flow, summary, shared.out,
-                                    {pipeline::Ledger(opened.store).all(), single_file});
+                                    {pipeline::Ledger(opened.store).all(), single_file, pictures});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else
