@@ -72,6 +72,7 @@ int view(const Shared& shared, const ViewOptions& options);
 struct EvaluateOptions {
   std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
   std::string hand, protocol = "geocage-force", unit = "m";
+  bool margins = false;  ///< bisected, too
 };
 int evaluate(const Shared& shared, const EvaluateOptions& options);
 
