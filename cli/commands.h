@@ -69,6 +69,9 @@ struct ViewOptions {
 };
 int view(const Shared& shared, const ViewOptions& options);
 
+/// Searches the motion that a scene asks for (docs/planning.md) and proves it free. 1 where it is not.
+int plan(const Shared& shared, const std::filesystem::path& scene);
+
 struct EvaluateOptions {
   std::filesystem::path mesh, grasp;
   std::string hand, protocol = "geocage-force", unit = "m";

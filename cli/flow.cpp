@@ -269,8 +269,7 @@ class Planner {
       const stages::PartParams part_params{static_cast<int>(k)};
       const Chosen chosen = parameters_of(one.name);
       origins_ = chosen.origins;
-      add_slots(one, chosen.parameters, slot("import", stages::import_part_stage, part_params, scene),
-                {});
+      add_slots(one, chosen.parameters, slot("import", stages::import_part_stage, part_params, scene), {});
       added = true;
     }
     if (!added)
@@ -313,9 +312,9 @@ class Planner {
       const std::string value = pipeline::value_text(field);
       const auto origin = origins_.find(group + "." + std::string(field.name));
       listed.push_back({std::string(field.name), value,
-                        origin != origins_.end()                          ? origin->second
+                        origin != origins_.end()                         ? origin->second
                         : value == pipeline::value_text(plain.list()[i]) ? "default"
-                                                                          : "the object or hand"});
+                                                                         : "the object or hand"});
     }
     shared_.push_back(name);
     return pipeline_.add(name, stage, params, inputs...);
@@ -353,8 +352,8 @@ class Planner {
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
       const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
                                occupancy, hands_[i]);
-      const auto ways =
-          slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
+      const auto ways = slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud,
+                             occupancy, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
       auto cage_params = p.cage;
