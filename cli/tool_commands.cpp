@@ -2,7 +2,9 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <sstream>
+#include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +13,7 @@
 #include "cli/commands.h"
 #include "geometry/mesh_files.h"
 #include "geometry/source_file.h"
+#include "pipeline/worker.h"
 #include "topology/balls.h"
 #include "topology/writhe.h"
 
@@ -35,6 +38,27 @@ geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit
     throw UserError(Fault::input, file.string(), "this is not a closed manifold: " + geometry::flaw(report),
                     "mend the mesh, or let `geocage run --dataset` reconstruct it");
   return mesh;
+}
+
+/// A tool's work on a foreign mesh is a worker's, as a slot's is.
+pipeline::WorkerLimits tool_limits() {
+  return {.seconds = 3600,
+          .memory_gib = 4,
+          .threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency())),
+          .subject = "the work on it",
+          .hint = "a mesh with fewer triangles takes less"};
+}
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
 }
 
 /// Writes beside and renames, so that a file is whole or not there.
@@ -79,27 +103,36 @@ int score(const Shared& shared, const ScoreOptions& options) {
                     "the file must end in .ply or .csv");
   if (options.out.has_parent_path() && !fs::is_directory(options.out.parent_path()))
     throw UserError(Fault::configuration, "--out " + options.out.string(), "its folder is not there");
-  const auto mesh = closed_mesh(options.mesh, options.unit);
-  const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
-  const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
-
-  if (kind == ".ply")
-    write_whole(options.out, [&](const fs::path& file) { geometry::write_ply(file, mesh, fields_of(ball)); });
-  if (kind == ".csv")
-    write_whole(options.out, [&](const fs::path& file) {
-      std::ofstream out(file);
-      out << csv_of(mesh, ball);
-      if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-    });
+  const std::string name = kind == ".ply" ? "scores.ply" : "scores.csv";
+  std::size_t vertices = 0;
+  std::string csv;
+  const auto work = [&](const fs::path& folder) {
+    const auto mesh = closed_mesh(options.mesh, options.unit);
+    const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
+    const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
+    std::ofstream(folder / "vertices") << mesh.vertices.size();
+    if (kind == ".ply")
+      geometry::write_ply(folder / name, mesh, fields_of(ball));
+    else
+      write_text(folder / name, csv_of(mesh, ball));
+  };
+  const auto collect = [&](const fs::path& folder) {
+    std::ifstream(folder / "vertices") >> vertices;
+    if (!options.out.empty())
+      write_whole(options.out, [&](const fs::path& file) { fs::copy_file(folder / name, file); });
+    else
+      csv = text_of(folder / name);
+  };
+  pipeline::run_contained(tool_limits(), options.mesh.string(), work, collect);
   if (shared.json)
     fmt::print("{}\n", json{{"schema", "geocage-score 1"},
-                            {"vertices", mesh.vertices.size()},
+                            {"vertices", vertices},
                             {"radius_m", options.radius_m},
                             {"metric", options.metric},
                             {"out", options.out.empty() ? json() : json(options.out.string())}}
                            .dump(2));
   else if (options.out.empty())
-    fmt::print("{}", csv_of(mesh, ball));
+    fmt::print("{}", csv);
   return 0;
 }
 
@@ -148,31 +181,56 @@ std::vector<std::string> protocols_of(const std::string& text) {
   return names;
 }
 
-/// The entries "geocage-evaluation 1" of every grasp under one protocol.
-json evaluated(const std::string& protocol, const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
-               const geometry::SignedDistanceField& field, const hands::Hand& hand) {
+/// A foreign mesh or grasp may bring a library down: that ends a worker, and is told in words.
+pipeline::WorkerLimits limits_of_evaluation() {
+  pipeline::WorkerLimits limits{.seconds = 3600, .memory_gib = 4};
+  limits.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  limits.subject = "the simulation";
+  limits.hint = "look at the mesh with `geocage score`; if it is sound, please report this with both files";
+  return limits;
+}
+
+/// What one protocol said of every grasp: entries "geocage-evaluation 1", and trials for playback.
+struct Evaluated {
+  json entries = json::array();
+  std::vector<physics::Recording> recordings;
+};
+
+Evaluated evaluated(const std::string& protocol, const std::string& where, bool record,
+                    const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
+                    const geometry::SignedDistanceField& field, const hands::Hand& hand) {
   pipeline::Run run;
-  json list = json::array();
+  Evaluated seen;
   const auto keep = [&](const auto& all) {
-    for (const auto& evaluation : all.list) list.push_back(stages::to_json(all, evaluation));
+    for (const auto& evaluation : all.list) seen.entries.push_back(stages::to_json(all, evaluation));
+    seen.recordings = all.recordings;
   };
+  const int recorded = record ? static_cast<int>(grasps.grasps.size()) : 0;
   if (protocol == cage_protocol) {
     stages::CageParams params;
     params.object_geometry = "given";
-    keep(stages::cage(params, run, grasps, mesh, field, hand));
+    params.recorded_grasps = recorded;
+    keep(pipeline::contained<stages::CageEvaluations>(limits_of_evaluation(), where, [&] {
+      return stages::cage(params, run, grasps, mesh, field, hand);
+    }));
   } else {
     stages::EvaluateParams params;
     params.protocol = protocol;
     params.object_geometry = "given";
-    keep(stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand));
+    params.recorded_grasps = recorded;
+    keep(pipeline::contained<stages::Evaluations>(limits_of_evaluation(), where, [&] {
+      return stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand);
+    }));
   }
-  return list;
+  return seen;
 }
 
 }  // namespace
 
 int evaluate(const Shared& shared, const EvaluateOptions& options) {
   const auto protocols = protocols_of(options.protocol);
+  if (options.record.has_parent_path() && !fs::is_directory(options.record.parent_path()))
+    throw UserError(Fault::configuration, "--record " + options.record.string(), "its folder is not there");
   const auto hand = hands::load_hand(options.hand);
   const auto grasps = hands::read_grasps(options.grasp);
   if (hand.net)
@@ -182,12 +240,24 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   const auto mesh = closed_mesh(options.mesh, options.unit);
   pipeline::Run run;
-  const auto field = stages::field(stages::FieldParams{}, run, mesh);
+  const std::string where = options.mesh.string() + ", " + options.grasp.string();
+  const auto field = pipeline::contained<geometry::SignedDistanceField>(
+      limits_of_evaluation(), where, [&] { return stages::field(stages::FieldParams{}, run, mesh); });
 
   int bad = 0;
   json list = json::array();
-  for (const auto& protocol : protocols)
-    for (json& entry : evaluated(protocol, grasps, mesh, field, hand)) list.push_back(std::move(entry));
+  std::vector<physics::Recording> recordings;
+  for (const auto& protocol : protocols) {
+    Evaluated seen = evaluated(protocol, where, !options.record.empty(), grasps, mesh, field, hand);
+    for (json& entry : seen.entries) list.push_back(std::move(entry));
+    std::ranges::move(seen.recordings, std::back_inserter(recordings));
+  }
+  if (!options.record.empty())
+    write_whole(options.record, [&](const fs::path& file) {
+      std::ofstream out(file);
+      out << physics::to_json(recordings).dump() << '\n';
+      if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+    });
   for (const json& entry : list) {
     const std::string outcome = entry["outcome"], protocol = entry["protocol"], reason = entry["reason"];
     bad += outcome == "rejected" || outcome == "error";

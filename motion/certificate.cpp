@@ -30,15 +30,7 @@ double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec
   const Vec3 wanted = (p_O - field.origin) / field.cell_m;
   const Vec3 inside = wanted.cwiseMax(0).cwiseMin(cells);
   const double away = (wanted - inside).norm() * field.cell_m;
-  const Vec3 cell = inside.array().floor().min(cells.array() - 1);
-  Vec3 fraction = inside - cell;
-  double h = field.cell_m;
-  const auto index = static_cast<std::size_t>(cell[0] + cells[0] * (cell[1] + cells[1] * cell[2]));
-  if (field.block[index] >= 0) {
-    h /= field.refine;
-    fraction *= field.refine;
-    fraction -= fraction.array().floor().matrix();
-  }
+  const auto [h, fraction] = field.cell_at(p_O);
   const double value = field.value(p_O) - away - float_slack_m - node_excess_m;
   const double error2 = h * h * spread(fraction), error = std::sqrt(error2);
   const double d = value > error ? std::sqrt(value * value - error2) : value - error;

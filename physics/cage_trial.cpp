@@ -33,6 +33,8 @@ struct Trial {
   CageTrial seen;
   std::optional<Vec3> locked_E;
   int ticks = 0, resting = 0;
+  Recording* recording = nullptr;
+  const char* phase = "pull";
 
   Trial(const CageProtocol& protocol_in, const CageEngine& engine, const ObjectBody& object,
         const EscapeTest& escape_in, const Eigen::Matrix3d& R_WE, std::uint64_t seed)
@@ -61,6 +63,12 @@ struct Trial {
     return escape.gone(X) || (escape.beside(X) && escape.straight_way_out(X, locked_E));
   }
 
+  void show(bool last = false) {
+    if (!recording || recording->frames.empty()) return;
+    const Frame first = recording->frames.front();  // the hand is locked
+    recording->see(ticks * protocol.engine.dt_s, phase, X_EO(), first.X_WH, first.q, last);
+  }
+
   /// True when the trial is over.
   bool step(const Load& load, const Pose& start) {
     seen.steps += world.step(load.force_W_n, load.torque_W_nm);
@@ -86,12 +94,14 @@ struct Trial {
     const Pose start = world.X_WB();
     while (ticks < steps) {
       if (step(load(ticks), start)) break;
+      show();
       if (ticks % look == 0 && escaped()) {
         seen.outcome = Outcome::lost;
         break;
       }
       if (stop_at_rest && resting >= rest) break;
     }
+    show(true);
     seen.ended_s = ticks * dt;
   }
 };
@@ -99,28 +109,30 @@ struct Trial {
 }  // namespace
 
 CageTrial pull_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                     const Vec3& axis_O, std::uint64_t seed) {
+                     const Vec3& axis_O, std::uint64_t seed, Recording* recording) {
   Trial trial(protocol, protocol.engine, object, escape, Eigen::Matrix3d::Identity(), seed);
+  trial.recording = recording;
   const Load load{object.mass_kg * protocol.gravity_m_s2 * axis_O, Vec3::Zero()};
   trial.run([&](int) { return load; }, protocol.pull_s, true);
   return trial.seen;
 }
 
 CageTrial ring_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                     const Vec3& ring_O, double angle_rad, std::uint64_t seed) {
+                     const Vec3& ring_O, double angle_rad, std::uint64_t seed, Recording* recording) {
   CageEngine engine = protocol.engine;
   engine.axis_locked = true;
   Trial trial(protocol, engine, object, escape, geometry::frame_from_z(ring_O).transpose(), seed);
   const Vec3 along(std::cos(angle_rad), std::sin(angle_rad), 0);
   const Load load{object.mass_kg * protocol.gravity_m_s2 * along, Vec3::Zero()};
-  trial.locked_E = ring_O;
+  trial.locked_E = ring_O, trial.recording = recording, trial.phase = "ring";
   trial.run([&](int) { return load; }, protocol.pull_s, true);
   return trial.seen;
 }
 
 CageTrial wrench_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                       double amplitude, std::uint64_t seed) {
+                       double amplitude, std::uint64_t seed, Recording* recording) {
   Trial trial(protocol, protocol.engine, object, escape, Eigen::Matrix3d::Identity(), seed);
+  trial.recording = recording, trial.phase = "wrench";
   geometry::RandomStream random(seed, 0);
   const double newtons = amplitude * object.mass_kg * protocol.gravity_m_s2;
   const double gyration_m = std::sqrt(object.inertia_kg_m2.mean() / object.mass_kg);

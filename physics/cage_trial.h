@@ -5,6 +5,7 @@
 #include "physics/escape_test.h"
 #include "physics/outcome.h"
 #include "physics/protocols.h"
+#include "physics/recording.h"
 
 namespace geocage::physics {
 
@@ -19,19 +20,22 @@ struct CageTrial {
 
 /// Gravity along `axis_O` without friction: does the object stay in the hand? Lost once it is gone, or beside
 /// the hand with a straight way out. Ends early at rest. Tier B1.
+/// A `recording` brings the pose of its hand in its first frame, and gets the frames.
 CageTrial pull_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                     const geometry::Vec3& axis_O, std::uint64_t seed);
+                     const geometry::Vec3& axis_O, std::uint64_t seed,
+                     Recording* recording = nullptr);
 
 /// The same without translation along `ring_O`, gravity in the plane across it: the fair test of a ring,
 /// which a prism leaves along its axis. `angle_rad` counts from an arbitrary direction of that plane. Tier
 /// B1r.
 CageTrial ring_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                     const geometry::Vec3& ring_O, double angle_rad, std::uint64_t seed);
+                     const geometry::Vec3& ring_O, double angle_rad, std::uint64_t seed,
+                     Recording* recording = nullptr);
 
 /// Random wrenches, a new one every `wrench_hold_s`: force direction even over the sphere with magnitude
 /// N(0, (a m g)^2), torque likewise with a m g r_g, r_g the root of the mean principal moment over the mass.
 /// Lost as above, and when a straight way out exists at the end. Tier B2.
 CageTrial wrench_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                       double amplitude, std::uint64_t seed);
+                       double amplitude, std::uint64_t seed, Recording* recording = nullptr);
 
 }  // namespace geocage::physics

@@ -37,12 +37,15 @@ CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object, double 
       shape_(*object.field, object.X_OB.inverse(), engine.contact_m),
       object_(body_info(object, shape_, X_WO)),
       dispatcher_(&configuration_),
+      solver_(engine.way_out_m_s),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
   dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
                                           &capsule_field_);
+  constexpr double converged_m_s = 1e-6;
   solver_.setRandSeed(static_cast<unsigned long>(seed));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = engine.iterations;
+  info.m_leastSquaresResidualThreshold = converged_m_s * converged_m_s;
   info.m_solverMode = SOLVER_USE_WARMSTARTING | SOLVER_SIMD;
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0;  // every depth is undone by moving, none by speed

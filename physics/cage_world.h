@@ -8,7 +8,6 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
-#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 namespace geocage::physics {
@@ -44,7 +43,7 @@ class CageWorld {
   btCollisionDispatcher dispatcher_;
   CapsuleFieldAlgorithm::Create capsule_field_;
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
+  CageSolver solver_;
   btDiscreteDynamicsWorld world_;  // last: its end touches all of the above
 };
 

@@ -23,6 +23,19 @@ btScalar ContactSolver::solveGroupCacheFriendlySetup(btCollisionObject** bodies,
   return residual;
 }
 
+btScalar CageSolver::solveGroupCacheFriendlySetup(btCollisionObject** bodies, int body_count,
+                                                  btPersistentManifold** manifolds, int manifold_count,
+                                                  btTypedConstraint** constraints, int constraint_count,
+                                                  const btContactSolverInfo& info, btIDebugDraw* drawer) {
+  const btScalar residual = btSequentialImpulseConstraintSolver::solveGroupCacheFriendlySetup(
+      bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
+    row.m_rhsPenetration = std::min(row.m_rhsPenetration, way_out_m_s_ * row.m_jacDiagABInv);
+  }
+  return residual;
+}
+
 void ContactSolver::round_cones() {
   auto& rows = m_multiBodyFrictionContactConstraints;
   for (int i = 0; i + 1 < rows.size(); i += 2) {

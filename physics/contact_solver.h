@@ -1,4 +1,5 @@
 #pragma once
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 
 namespace geocage::physics {
@@ -23,6 +24,23 @@ class ContactSolver final : public btMultiBodyConstraintSolver {
   void round_cones();
   void bound_way_out(const btContactSolverInfo& info);
 
+  btScalar way_out_m_s_;
+};
+
+/// Bullet's solver for one body among walls, with a gentle way out: a penetration d is undone by moving (split
+/// impulse), at the speed min(erp d / dt, way_out_m_s). Unbounded, a body in several contacts at once is pushed
+/// out of one wall through the next.
+class CageSolver final : public btSequentialImpulseConstraintSolver {
+ public:
+  explicit CageSolver(btScalar way_out_m_s) : way_out_m_s_(way_out_m_s) {}
+
+ protected:
+  btScalar solveGroupCacheFriendlySetup(btCollisionObject** bodies, int body_count,
+                                        btPersistentManifold** manifolds, int manifold_count,
+                                        btTypedConstraint** constraints, int constraint_count,
+                                        const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+
+ private:
   btScalar way_out_m_s_;
 };
 

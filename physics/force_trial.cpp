@@ -1,81 +1,10 @@
 #include "physics/force_trial.h"
 
-#include <algorithm>
-#include <cmath>
+#include "physics/phase.h"
 
 namespace geocage::physics {
-namespace {
 
-using geometry::Pose;
 using geometry::Vec3;
-
-/// How far a body has come from where it was.
-struct Motion {
-  double translation_m = 0, rotation_rad = 0;
-  bool beyond(double limit_m, double limit_rad) const {
-    return translation_m >= limit_m || rotation_rad >= limit_rad;
-  }
-};
-
-Motion motion(const Pose& from, const Pose& to) {
-  const Eigen::Matrix3d R = from.linear().transpose() * to.linear();
-  return {(to.translation() - from.translation()).norm(), Eigen::AngleAxisd(R).angle()};
-}
-
-/// A stretch of simulated time under one force: ends when the object is lost or at rest, or the engine has
-/// failed.
-struct Phase {
-  enum class End { elapsed, rest, moved, failed } end = End::elapsed;
-  Motion largest;
-  double penetration_m = 0;
-  int steps = 0;
-};
-
-struct Limits {
-  double translation_m, rotation_rad, penetration_m;
-};
-
-Phase simulate(World& world, const Protocol& protocol, const Vec3& force, double duration_s,
-               const Limits& limits) {
-  const Pose start = world.X_WB();
-  const double dt = protocol.engine.dt_s;
-  const int steps = static_cast<int>(std::lround(duration_s / dt));
-  const int rest_steps = static_cast<int>(std::lround(protocol.rest_s / dt));
-  Phase phase;
-  int resting = 0;
-  while (phase.steps < steps) {
-    world.step(force);
-    ++phase.steps;
-    const double speed = world.velocity_m_s().norm(), spin = world.spin_rad_s().norm();
-    phase.penetration_m = std::max(phase.penetration_m, world.penetration_m());
-    const bool sane = speed <= protocol.max_speed_m_s && std::isfinite(spin);  // false for NaN, too
-    if (!sane || phase.penetration_m > limits.penetration_m) return phase.end = Phase::End::failed, phase;
-
-    const Motion now = motion(start, world.X_WB());
-    phase.largest.translation_m = std::max(phase.largest.translation_m, now.translation_m);
-    phase.largest.rotation_rad = std::max(phase.largest.rotation_rad, now.rotation_rad);
-    if (now.beyond(limits.translation_m, limits.rotation_rad)) return phase.end = Phase::End::moved, phase;
-
-    const bool rests = speed < protocol.rest_speed_m_s && spin < protocol.rest_spin_rad_s &&
-                       world.fastest_joint() < protocol.rest_spin_rad_s;
-    resting = rests ? resting + 1 : 0;
-    if (rest_steps > 0 && resting >= rest_steps) return phase.end = Phase::End::rest, phase;
-  }
-  return phase;
-}
-
-Outcome outcome_of(Phase::End end, Outcome when_moved) {
-  switch (end) {
-    case Phase::End::failed:
-      return Outcome::error;
-    case Phase::End::moved:
-      return when_moved;
-    default:
-      return Outcome::held;
-  }
-}
-
-}  // namespace
 
 const std::array<Direction, 6>& six_directions() {
   static const std::array<Direction, 6> directions = {{{"+x", Vec3::UnitX()},
@@ -100,26 +29,29 @@ Eigen::VectorXd squeezed(const hands::Hand& hand, const Eigen::VectorXd& q, cons
 }
 
 PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
-                     const Posture& posture, const Vec3& axis_O, std::uint64_t seed) {
+                     const Posture& posture, const Vec3& axis_O, std::uint64_t seed, Recording* recording) {
+  Camera camera{recording, object.X_OB.inverse(), posture.X_OH};
   World world(protocol.engine, object, hand, posture.X_OH, posture.q, seed);
   world.hold(squeezed(hand, posture.q, protocol.grip), protocol.grip);
   const double deepest = posture.penetration_m + protocol.max_penetration_growth_m;
 
-  const Phase settle = simulate(world, protocol, Vec3::Zero(), protocol.settle_s,
-                                {protocol.max_drift_m, protocol.max_drift_rad, deepest});
+  const Phase settle = simulate(
+      world, protocol, [](double) { return ObjectLoad{}; }, protocol.settle_s,
+      {protocol.max_drift_m, protocol.max_drift_rad, deepest}, camera, "settle");
   PushTrial trial;
   trial.outcome = outcome_of(settle.end, Outcome::unsettled);
-  trial.drift_m = settle.largest.translation_m, trial.drift_rad = settle.largest.rotation_rad;
+  trial.drift_m = settle.translation_m, trial.drift_rad = settle.rotation_rad;
   trial.penetration_m = settle.penetration_m, trial.steps = settle.steps;
   if (trial.outcome != Outcome::held) return trial;
 
-  const Vec3 force = object.mass_kg * protocol.acceleration_m_s2 * axis_O;
-  const Phase push = simulate(world, protocol, force, protocol.push_s,
-                              {protocol.max_translation_m, protocol.max_rotation_rad, deepest});
+  const ObjectLoad load{object.mass_kg * protocol.acceleration_m_s2 * axis_O};
+  const Phase push = simulate(
+      world, protocol, [&](double) { return load; }, protocol.push_s,
+      {protocol.max_translation_m, protocol.max_rotation_rad, deepest}, camera, "push");
   trial.outcome = outcome_of(push.end, Outcome::lost);
   if (protocol.contact_holds && trial.outcome == Outcome::held && !world.touching())
     trial.outcome = Outcome::lost;
-  trial.displacement_m = push.largest.translation_m, trial.rotation_rad = push.largest.rotation_rad;
+  trial.displacement_m = push.translation_m, trial.rotation_rad = push.rotation_rad;
   trial.ended_s = push.steps * protocol.engine.dt_s;
   trial.penetration_m = std::max(trial.penetration_m, push.penetration_m), trial.steps += push.steps;
   return trial;

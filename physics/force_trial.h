@@ -5,6 +5,7 @@
 #include "physics/outcome.h"
 #include "physics/posture.h"
 #include "physics/protocols.h"
+#include "physics/recording.h"
 #include "physics/world.h"
 
 #include "geometry/pose.h"
@@ -33,8 +34,9 @@ struct PushTrial {
 
 /// Settles the object in the squeezing hand, then pushes its centre of mass with mass * acceleration along
 /// `axis_O`, in a world of its own. Motion is that of the centre of mass and the body's axes against the
-/// (fixed) palm.
+/// (fixed) palm. With a `recording`, it gets the frames.
 PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
-                     const Posture& posture, const geometry::Vec3& axis_O, std::uint64_t seed);
+                     const Posture& posture, const geometry::Vec3& axis_O, std::uint64_t seed,
+                     Recording* recording = nullptr);
 
 }  // namespace geocage::physics

@@ -7,7 +7,6 @@
 #include "physics/bullet_eigen.h"
 #include <BulletDynamics/Featherstone/btMultiBodyGearConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyJointLimitConstraint.h>
-#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 
 namespace geocage::physics {
 namespace {
@@ -180,6 +179,9 @@ void HandBody::enter(btMultiBodyDynamicsWorld& world) {
 
 void HandBody::hold(btMultiBodyDynamicsWorld& world, const Eigen::VectorXd& q_target, const Grip& grip,
                     double dt_s) {
+  for (std::size_t dof = 0; dof < motors_.size(); ++dof)
+    motors_[dof]->setPositionTarget(q_target[static_cast<Eigen::Index>(dof)], grip.gain_1ps * dt_s);
+  if (!motors_.empty()) return;
   for (int dof = 0; dof < hand_.tree.dofs(); ++dof) {
     const int i = leader(hand_.tree, dof);
     const bool slides = hand_.tree.joints[i].type == Joint::Type::prismatic;
@@ -191,8 +193,15 @@ void HandBody::hold(btMultiBodyDynamicsWorld& world, const Eigen::VectorXd& q_ta
     motor->setVelocityTarget(0, 1);
     motor->setRhsClamp(slides ? grip.speed_limit_m_s : grip.speed_limit_rad_s);
     world.addMultiBodyConstraint(motor.get());
+    motors_.push_back(motor.get());
     constraints_.push_back(std::move(motor));
   }
+}
+
+Eigen::VectorXd HandBody::joints() const {
+  Eigen::VectorXd q(hand_.tree.dofs());
+  for (int dof = 0; dof < hand_.tree.dofs(); ++dof) q[dof] = body_->getJointPos(leader(hand_.tree, dof));
+  return q;
 }
 
 double HandBody::fastest_joint() const {

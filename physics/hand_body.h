@@ -8,6 +8,7 @@
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyJointMotor.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include "hands/hand.h"
@@ -23,9 +24,11 @@ class HandBody {
   HandBody(const hands::Hand& hand, const hands::Pose& X_WH, const Eigen::VectorXd& q, const Engine& engine);
 
   void enter(btMultiBodyDynamicsWorld& world);
-  /// Motors that drive the independent joints to `q_target` and hold them there.
+  /// Motors that drive the independent joints to `q_target` and hold them there; called
+  /// again, they get new targets.
   void hold(btMultiBodyDynamicsWorld& world, const Eigen::VectorXd& q_target, const Grip& grip, double dt_s);
 
+  Eigen::VectorXd joints() const;  ///< independent joints, in the order of the tree's dofs
   double fastest_joint() const;  ///< largest |joint speed|, rad/s or m/s
   hands::Pose X_WL(int link) const;
 
@@ -40,6 +43,7 @@ class HandBody {
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
   std::unique_ptr<btMultiBody> body_;
   std::vector<std::unique_ptr<btMultiBodyConstraint>> constraints_;
+  std::vector<btMultiBodyJointMotor*> motors_;  ///< of the dofs, once they hold; owned above
 };
 
 }  // namespace geocage::physics

@@ -77,8 +77,13 @@ void World::hold(const Eigen::VectorXd& q_target, const Grip& grip) {
   hand_.hold(world_, q_target, grip, engine_.dt_s);
 }
 
-void World::step(const Vec3& force_W_n) {
+void World::set_gravity(const Vec3& gravity_W_m_s2) {
+  world_.setGravity(bullet(gravity_W_m_s2));
+}
+
+void World::step(const Vec3& force_W_n, const Vec3& torque_W_nm) {
   object_.applyCentralForce(bullet(force_W_n));
+  object_.applyTorque(bullet(torque_W_nm));
   world_.stepSimulation(engine_.dt_s, 0);
   const double slow = std::exp(-engine_.linear_damping_1ps * engine_.dt_s);
   const double calm = std::exp(-engine_.angular_damping_1ps * engine_.dt_s);

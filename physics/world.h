@@ -37,10 +37,12 @@ class World {
         const geometry::Pose& X_WO = geometry::Pose::Identity());
   World(const World&) = delete;
 
-  /// Motors on the hand's joints, from now on.
+  /// Motors on the hand's joints, from now on; called again, they get new targets.
   void hold(const Eigen::VectorXd& q_target, const Grip& grip);
-  /// One step of dt with this force at the object's centre of mass.
-  void step(const geometry::Vec3& force_W_n);
+  /// One step of dt with this force at the object's centre of mass and this torque.
+  void step(const geometry::Vec3& force_W_n, const geometry::Vec3& torque_W_nm = geometry::Vec3::Zero());
+  /// Acts on the object and on the links, from now on.
+  void set_gravity(const geometry::Vec3& gravity_W_m_s2);
 
   geometry::Pose X_WB() const;
   geometry::Vec3 velocity_m_s() const;

@@ -1,12 +1,12 @@
 #include "stages/cage/cage.h"
 
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <optional>
 
 #include "physics/cage_trial.h"
 #include "physics/force_trial.h"
+#include "physics/locked_hand.h"
 #include "physics/survival.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,7 +19,7 @@ using physics::Control;
 using physics::Outcome;
 using physics::Posture;
 
-constexpr int ring_ways = 4;
+constexpr std::size_t ring_ways = 4;
 
 physics::CageProtocol protocol_of(const CageParams& params) {
   physics::CageProtocol protocol;
@@ -28,52 +28,127 @@ physics::CageProtocol protocol_of(const CageParams& params) {
   return protocol;
 }
 
-/// Half of the thinnest finger: deeper, its axis comes near the surface, and the field's normal may turn.
-double most_growth_m(const hands::Hand& hand) {
-  double thinnest = std::numeric_limits<double>::infinity();
-  for (const hands::Capsule& capsule : hand.capsules) thinnest = std::min(thinnest, capsule.radius_m);
-  return thinnest / 2;
-}
+/// One trial of a locked hand; `index` counts pulls, ring ways, or wrenches amplitude by amplitude.
+struct Job {
+  enum class Kind { pull, ring, wrench } kind;
+  std::size_t index;
+};
 
 /// All trials of one locked hand.
 struct Locked {
-  physics::CageProtocol protocol;
-  physics::EscapeTest escape;
-  geometry::Vec3 axis_O;
-  std::vector<CageTrial> pulls, ring, wrenches;  ///< wrenches: amplitude by amplitude
-  physics::EscapeSearch search;
+  physics::LockedHand hand;
+  std::vector<Job> jobs = {};
+  std::vector<CageTrial> pulls = {}, ring = {}, wrenches = {};
+  physics::EscapeSearch search = {};
+
+  CageTrial& trial(const Job& job) {
+    return (job.kind == Job::Kind::pull ? pulls : job.kind == Job::Kind::ring ? ring : wrenches)[job.index];
+  }
 };
 
-std::vector<std::function<void()>> work_of(Locked& locked, const CageParams& params,
-                                           const physics::ObjectBody& body, bool everything) {
-  std::vector<std::function<void()>> work;
-  const auto seed = params.seed;
+void list_jobs(Locked& locked, const CageParams& params, bool with_ring) {
   locked.pulls.resize(physics::six_directions().size());
-  for (std::size_t i = 0; i < locked.pulls.size(); ++i)
-    work.push_back([&, i, seed] {
-      const auto& way = physics::six_directions()[i].axis_O;
-      locked.pulls[i] = physics::pull_trial(locked.protocol, body, locked.escape, way, seed);
-    });
+  locked.ring.resize(with_ring ? ring_ways : 0);
   locked.wrenches.resize(params.wrench_amplitudes.size() * params.wrench_seeds);
-  for (std::size_t i = 0; i < locked.wrenches.size(); ++i)
-    work.push_back([&, i, seed] {
-      const auto n = static_cast<std::size_t>(params.wrench_seeds);
-      locked.wrenches[i] = physics::wrench_trial(locked.protocol, body, locked.escape,
-                                                 params.wrench_amplitudes[i / n], seed + i % n);
-    });
-  if (!everything) return work;
-  locked.ring.resize(ring_ways);
-  for (int i = 0; i < ring_ways; ++i)
-    work.push_back([&, i, seed] {
-      locked.ring[i] = physics::ring_trial(locked.protocol, body, locked.escape, locked.axis_O,
-                                           2 * std::numbers::pi * i / ring_ways, seed);
-    });
-  if (params.search_samples > 0)
-    work.push_back([&, seed] {
-      const physics::EscapeSearchRule rule{.samples = params.search_samples};
-      locked.search = physics::search_escape(*body.field, locked.escape, rule, seed);
-    });
-  return work;
+  for (std::size_t i = 0; i < locked.pulls.size(); ++i) locked.jobs.push_back({Job::Kind::pull, i});
+  for (std::size_t i = 0; i < locked.ring.size(); ++i) locked.jobs.push_back({Job::Kind::ring, i});
+  for (std::size_t i = 0; i < locked.wrenches.size(); ++i) locked.jobs.push_back({Job::Kind::wrench, i});
+}
+
+std::string ring_name(std::size_t way) {
+  return fmt::format("{} deg", 360 * way / ring_ways);
+}
+
+std::string name_of(const Job& job, const CageParams& params) {
+  const auto seeds = static_cast<std::size_t>(params.wrench_seeds);
+  switch (job.kind) {
+    case Job::Kind::pull:
+      return fmt::format("pull {}", physics::six_directions()[job.index].name);
+    case Job::Kind::ring:
+      return fmt::format("ring {}", ring_name(job.index));
+    case Job::Kind::wrench:
+      break;
+  }
+  return fmt::format("wrench {} weights, seed {}", params.wrench_amplitudes[job.index / seeds],
+                     params.seed + job.index % seeds);
+}
+
+CageTrial run_job(const Job& job, const CageParams& params, const physics::CageProtocol& protocol,
+                  const physics::ObjectBody& body, const physics::LockedHand& hand,
+                  physics::Recording* recording = nullptr) {
+  const auto seeds = static_cast<std::size_t>(params.wrench_seeds);
+  switch (job.kind) {
+    case Job::Kind::pull:
+      return physics::pull_trial(protocol, body, hand.escape, physics::six_directions()[job.index].axis_O,
+                                 params.seed, recording);
+    case Job::Kind::ring:
+      return physics::ring_trial(protocol, body, hand.escape, hand.axis_O,
+                                 2 * std::numbers::pi * static_cast<double>(job.index) / ring_ways, params.seed,
+                                 recording);
+    case Job::Kind::wrench:
+      break;
+  }
+  return physics::wrench_trial(protocol, body, hand.escape, params.wrench_amplitudes[job.index / seeds],
+                               params.seed + job.index % seeds, recording);
+}
+
+/// The trials of the first grasps once more, of the wrenches the first seed of each amplitude.
+std::vector<physics::Recording> recorded(const std::vector<std::optional<Locked>>& locked,
+                                         const std::vector<Posture>& postures, const hands::GraspSet& grasps,
+                                         const hands::Hand& hand, const CageParams& params,
+                                         const physics::ObjectBody& body) {
+  std::vector<physics::Recording> recordings;
+  std::vector<Job> jobs;
+  int wanted = params.recorded_grasps;
+  for (std::size_t i = 0; i < locked.size(); ++i) {
+    if (!locked[i] || wanted-- <= 0) continue;
+    for (const Job& job : locked[i]->jobs) {
+      if (job.kind == Job::Kind::wrench && job.index % static_cast<std::size_t>(params.wrench_seeds) != 0)
+        continue;
+      jobs.push_back(job);
+      physics::Recording& one = recordings.emplace_back();
+      one.grasp = static_cast<int>(i), one.hand = hand.name, one.object = grasps.grasps[i].object;
+      one.protocol = locked[i]->hand.protocol.name, one.trial = name_of(job, params);
+      one.joints = hand.tree.dof_names;
+      one.see(0, "start", geometry::Pose::Identity(), postures[i].X_OH, postures[i].q);
+    }
+  }
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    const physics::LockedHand& one = locked[recordings[k].grasp]->hand;
+    recordings[k].outcome = run_job(jobs[k], params, one.protocol, body, one, &recordings[k]).outcome;
+  }
+  return recordings;
+}
+
+/// A sample of all trials, at half the step and with twice the iterations.
+physics::SelfCheck checked(std::vector<std::optional<Locked>>& locked, const CageParams& params,
+                           const physics::ObjectBody& body) {
+  struct Again {
+    std::size_t grasp;
+    Job job;
+    Outcome at_half_step, at_twice_iterations;
+  };
+  std::vector<Again> all, sample;
+  for (std::size_t i = 0; i < locked.size(); ++i)
+    if (locked[i])
+      for (const Job& job : locked[i]->jobs) all.push_back({i, job, Outcome::held, Outcome::held});
+  for (const std::size_t i : physics::even_sample(all.size(), params.self_check_trials))
+    sample.push_back(all[i]);
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const physics::LockedHand& one = locked[sample[i].grasp]->hand;
+    physics::CageProtocol half = one.protocol, twice = one.protocol;
+    half.engine.dt_s /= 2;
+    twice.engine.iterations *= 2;
+    sample[i].at_half_step = run_job(sample[i].job, params, half, body, one).outcome;
+    sample[i].at_twice_iterations = run_job(sample[i].job, params, twice, body, one).outcome;
+  }
+  physics::SelfCheck check;
+  for (const Again& again : sample)
+    check.count(fmt::format("grasp {}, {}", again.grasp, name_of(again.job, params)),
+                locked[again.grasp]->trial(again.job).outcome, again.at_half_step, again.at_twice_iterations);
+  return check;
 }
 
 CagePull shown(const std::string& label, const CageTrial& trial) {
@@ -119,8 +194,9 @@ void judge(CageEvaluation& evaluation, const Locked& locked, const CageParams& p
            const physics::CageProtocol& protocol) {
   for (std::size_t i = 0; i < locked.pulls.size(); ++i)
     evaluation.pulls.push_back(shown(physics::six_directions()[i].name, locked.pulls[i]));
-  for (int i = 0; i < ring_ways; ++i)
-    evaluation.ring.push_back(shown(fmt::format("{:.0f} deg", 360.0 * i / ring_ways), locked.ring[i]));
+  for (std::size_t i = 0; i < ring_ways; ++i)
+    evaluation.ring.push_back(shown(ring_name(i), locked.ring[i]));
+  evaluation.backed_off_m = locked.hand.backed_off_m;
   evaluation.wrenches = wrenches_of(locked, params, protocol);
   evaluation.search = locked.search;
   int errors = 0;
@@ -161,7 +237,7 @@ Control control(const char* label, Control::Rule rule, const std::vector<Locked*
 void report(const CageEvaluations& all, pipeline::Run& run) {
   int ring = 0, retained = 0;
   for (const CageEvaluation& evaluation : all.list) {
-    ring += evaluation.ring_retained() == ring_ways;
+    ring += evaluation.ring_retained() == static_cast<int>(ring_ways);
     retained += evaluation.retained();
   }
   for (const Outcome outcome : physics::outcomes)
@@ -169,6 +245,11 @@ void report(const CageEvaluations& all, pipeline::Run& run) {
   run.metric("ring_held", ring);
   run.metric("pulls_retained", retained);
   run.metric("controls_ok", all.valid());
+  run.metric("self_check_trials", all.self_check.trials);
+  run.metric("self_check_half_step", all.self_check.half_step);
+  run.metric("self_check_twice_iterations", all.self_check.twice_iterations);
+  run.log("self-check: " + all.self_check.text());
+  for (const std::string& line : all.self_check.disagreements) run.log("self-check: " + line);
   for (const Control& one : all.controls)
     if (!one.ok())
       run.log(fmt::format("control '{}' failed ({}): this run proves nothing", one.name,
@@ -188,6 +269,9 @@ void CageParams::visit(pipeline::Fields& f) {
   f("step_s", step_s, {1e-5, 0.01}, "longest time step");
   f("control_grasps", control_grasps, {1, 1e6},
     "grasps repeated with open fingers and with the hand 1 m away");
+  f("self_check_trials", self_check_trials, {0, 1e6},
+    "trials repeated at half the step and with twice the iterations");
+  f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose trials are kept for playback");
   f("seed", seed, "of wrenches and search");
 }
 
@@ -198,22 +282,24 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   physics::check_border(object, field, hand);
   const auto body = physics::solid_body(object, field, protocol.mass_kg);
   const double radius_m = physics::radius_about_m(object, body.X_OB.translation());
-  const double growth_m = most_growth_m(hand);
   const auto lock = [&](const Posture& posture) {
-    physics::CageProtocol own = protocol;
-    own.max_penetration_m = posture.penetration_m + growth_m;
-    return Locked{own,
-                  {body, radius_m, physics::capsules_of(hand, posture.X_OH, posture.q)},
-                  posture.X_OH.linear() * hand.flexion_axis_H};
+    return Locked{physics::lock(protocol, body, radius_m, hand, posture.X_OH, posture.q)};
   };
 
-  CageEvaluations all{params, {}, {}};
+  CageEvaluations all{params, {}, {}, {}, {}};
   const std::vector<Posture> postures =
       hand.net ? std::vector<Posture>{} : physics::postures_of(grasps, hand, field);
   std::vector<std::optional<Locked>> locked(postures.size());
   std::vector<std::function<void()>> work;
   const auto add = [&](Locked& one, bool everything) {
-    for (auto& job : work_of(one, params, body, everything)) work.push_back(std::move(job));
+    list_jobs(one, params, everything);
+    for (const Job& job : one.jobs)
+      work.push_back([&, job] { one.trial(job) = run_job(job, params, one.hand.protocol, body, one.hand); });
+    if (everything && params.search_samples > 0)
+      work.push_back([&] {
+        const physics::EscapeSearchRule rule{.samples = params.search_samples};
+        one.search = physics::search_escape(field, one.hand.escape, rule, params.seed);
+      });
   };
   for (std::size_t i = 0; i < postures.size(); ++i) {
     CageEvaluation& evaluation = all.list.emplace_back();
@@ -248,6 +334,8 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
 
   for (CageEvaluation& evaluation : all.list)
     if (locked[evaluation.grasp]) judge(evaluation, *locked[evaluation.grasp], params, protocol);
+  all.self_check = checked(locked, params, body);
+  all.recordings = recorded(locked, postures, grasps, hand, params, body);
   std::vector<Locked*> fars, opens;
   for (Locked& one : far) fars.push_back(&one);
   for (Locked& one : open) opens.push_back(&one);

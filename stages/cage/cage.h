@@ -9,6 +9,8 @@
 #include "physics/controls.h"
 #include "physics/escape_search.h"
 #include "physics/outcome.h"
+#include "physics/recording.h"
+#include "physics/self_check.h"
 #include <nlohmann/json_fwd.hpp>
 
 #include "geometry/distance_field.h"
@@ -26,6 +28,8 @@ struct CageParams {
   double damping_s = physics::CageEngine{}.damping_s;
   double step_s = physics::CageEngine{}.dt_s;
   int control_grasps = 2;
+  int self_check_trials = 6;
+  int recorded_grasps = 1;
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
@@ -51,6 +55,7 @@ struct CageEvaluation {
   physics::Outcome outcome = physics::Outcome::held;
   std::string reason;
   double start_penetration_m = 0, max_penetration_m = 0;
+  double backed_off_m = 0;  ///< the farthest that a capsule was moved out of the object before locking
   std::vector<CagePull> pulls, ring;  ///< six axes of O; four directions across the hand's flexion axis
   std::vector<CageWrench> wrenches;
   physics::EscapeSearch search;
@@ -66,6 +71,8 @@ struct CageEvaluations {
   CageParams params;
   std::vector<CageEvaluation> list;
   std::vector<physics::Control> controls;
+  physics::SelfCheck self_check;
+  std::vector<physics::Recording> recordings;  ///< all trials of the first grasps; one wrench an amplitude
 
   int count(physics::Outcome outcome) const {
     return static_cast<int>(std::ranges::count(list, outcome, &CageEvaluation::outcome));
@@ -82,13 +89,13 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 1, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 2, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.
 nlohmann::json to_json(const CageEvaluations& all, const CageEvaluation& evaluation);
 
-std::string_view artefact_kind(const CageEvaluations*);  ///< "cages": cages.json
+std::string_view artefact_kind(const CageEvaluations*);  ///< "cages": cages.json, recordings.json
 void save_artefact(const CageEvaluations& all, const std::filesystem::path& dir);
 void load_artefact(CageEvaluations& all, const std::filesystem::path& dir);
 

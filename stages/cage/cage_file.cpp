@@ -98,6 +98,7 @@ json engine_json(const CageParams& params) {
           {"most_motion_m", engine.most_motion_m},
           {"most_parts", engine.most_parts},
           {"iterations", engine.iterations},
+          {"way_out_m_s", engine.way_out_m_s},
           {"contact_m", engine.contact_m},
           {"damping_s", params.damping_s},
           {"mu", 0},
@@ -131,6 +132,7 @@ json to_json(const CageEvaluations& all, const CageEvaluation& evaluation) {
           {"escape_search", search_json(evaluation.search)},
           {"start_penetration_m", evaluation.start_penetration_m},
           {"max_penetration_m", evaluation.max_penetration_m},
+          {"backed_off_m", evaluation.backed_off_m},
           {"counts", counts_json({evaluation})},
           {"engine", engine_json(all.params)},
           {"seed", all.params.seed}};
@@ -152,14 +154,20 @@ void save_artefact(const CageEvaluations& all, const std::filesystem::path& dir)
                      {"damping_s", params.damping_s},
                      {"step_s", params.step_s},
                      {"control_grasps", params.control_grasps},
+                     {"self_check_trials", params.self_check_trials},
+                     {"recorded_grasps", params.recorded_grasps},
                      {"seed", params.seed},
                      {"counts", counts_json(all.list)},
                      {"controls", physics::to_json(all.controls)},
                      {"valid", all.valid()},
+                     {"self_check", physics::to_json(all.self_check)},
                      {"evaluations", entries}};
   std::ofstream out(dir / "cages.json");
   out.exceptions(std::ios::failbit | std::ios::badbit);
   out << file.dump(1) << '\n';
+  std::ofstream recordings(dir / "recordings.json");
+  recordings.exceptions(std::ios::failbit | std::ios::badbit);
+  recordings << physics::to_json(all.recordings).dump() << '\n';
 }
 
 void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
@@ -173,13 +181,20 @@ void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
   params.wrench_seeds = file.at("wrench_seeds"), params.search_samples = file.at("search_samples");
   params.damping_s = file.at("damping_s"), params.step_s = file.at("step_s");
   params.control_grasps = file.at("control_grasps"), params.seed = file.at("seed");
+  params.self_check_trials = file.at("self_check_trials");
+  params.recorded_grasps = file.at("recorded_grasps");
   all.controls = physics::controls_from(file.at("controls"));
+  all.self_check = physics::self_check_from(file.at("self_check"));
+  std::ifstream recordings(dir / "recordings.json");
+  recordings.exceptions(std::ios::badbit);
+  all.recordings = physics::recordings_from(json::parse(recordings));
   for (const json& entry : file.at("evaluations")) {
     CageEvaluation& evaluation = all.list.emplace_back();
     evaluation.grasp = entry.at("grasp"), evaluation.outcome = outcome_named(entry.at("outcome"));
     evaluation.reason = entry.at("reason");
     evaluation.start_penetration_m = entry.at("start_penetration_m");
     evaluation.max_penetration_m = entry.at("max_penetration_m");
+    evaluation.backed_off_m = entry.at("backed_off_m");
     evaluation.pulls = pulls_from(entry.at("directions")), evaluation.ring = pulls_from(entry.at("ring"));
     evaluation.wrenches = wrenches_from(entry.at("wrenches"));
     evaluation.search = search_from(entry.at("escape_search"));

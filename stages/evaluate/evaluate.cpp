@@ -75,6 +75,67 @@ std::vector<PushTrial> push_all(const Protocol& protocol, const physics::ObjectB
   return trials;
 }
 
+std::string push_name(std::size_t direction) {
+  return fmt::format("push {}", physics::six_directions()[direction].name);
+}
+
+/// The pushes of the first grasps once more, for playback.
+std::vector<physics::Recording> recorded(const Evaluations& all, const Protocol& protocol,
+                                         const physics::ObjectBody& object, const hands::Hand& hand,
+                                         const std::vector<Posture>& postures, const hands::GraspSet& grasps) {
+  std::vector<physics::Recording> recordings;
+  int wanted = all.params.recorded_grasps;
+  for (const Evaluation& evaluation : all.list) {
+    if (evaluation.outcome == Outcome::rejected || wanted-- <= 0) continue;
+    for (std::size_t d = 0; d < directions(); ++d) {
+      physics::Recording& one = recordings.emplace_back();
+      one.grasp = evaluation.grasp, one.hand = hand.name, one.protocol = protocol.name;
+      one.object = grasps.grasps[evaluation.grasp].object;
+      one.trial = push_name(d), one.joints = hand.tree.dof_names;
+    }
+  }
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < recordings.size(); ++i)
+    recordings[i].outcome =
+        physics::push_trial(protocol, object, hand, postures[recordings[i].grasp],
+                            physics::six_directions()[i % directions()].axis_O, all.params.seed, &recordings[i])
+            .outcome;
+  return recordings;
+}
+
+/// A sample of the pushes of all simulated grasps, at half the step and with twice the iterations.
+physics::SelfCheck checked(const Evaluations& all, const Protocol& protocol, const physics::ObjectBody& object,
+                           const hands::Hand& hand, const std::vector<Posture>& postures) {
+  struct Again {
+    std::size_t grasp, direction;
+    Outcome first, at_half_step = Outcome::held, at_twice_iterations = Outcome::held;
+  };
+  std::vector<Again> pushes, sample;
+  for (const Evaluation& evaluation : all.list)
+    for (std::size_t d = 0; d < evaluation.directions.size(); ++d)
+      pushes.push_back({static_cast<std::size_t>(evaluation.grasp), d, evaluation.directions[d].outcome});
+  for (const std::size_t i : physics::even_sample(pushes.size(), all.params.self_check_trials))
+    sample.push_back(pushes[i]);
+  Protocol half = protocol, twice = protocol;
+  half.engine.dt_s /= 2;
+  twice.engine.iterations *= 2;
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < sample.size(); ++i) {
+    const auto again = [&](const Protocol& other) {
+      return physics::push_trial(other, object, hand, postures[sample[i].grasp],
+                                 physics::six_directions()[sample[i].direction].axis_O, all.params.seed)
+          .outcome;
+    };
+    sample[i].at_half_step = again(half);
+    sample[i].at_twice_iterations = again(twice);
+  }
+  physics::SelfCheck check;
+  for (const Again& one : sample)
+    check.count(fmt::format("grasp {}, {}", one.grasp, push_name(one.direction)), one.first, one.at_half_step,
+                one.at_twice_iterations);
+  return check;
+}
+
 /// The worst of its pushes decides a grasp.
 Outcome worst(std::span<const PushTrial> trials) {
   for (const Outcome outcome : {Outcome::error, Outcome::unsettled, Outcome::lost})
@@ -167,6 +228,11 @@ void report(const Evaluations& all, const std::vector<PushTrial>& trials, pipeli
                           physics::rule_text(control.rule)));
   }
   run.metric("simulated_steps", steps);
+  run.metric("self_check_trials", all.self_check.trials);
+  run.metric("self_check_half_step", all.self_check.half_step);
+  run.metric("self_check_twice_iterations", all.self_check.twice_iterations);
+  run.log("self-check: " + all.self_check.text());
+  for (const std::string& line : all.self_check.disagreements) run.log("self-check: " + line);
 }
 
 }  // namespace
@@ -179,6 +245,9 @@ void EvaluateParams::visit(pipeline::Fields& f) {
     "which geometry of the object is simulated; kept with the results");
   f("control_grasps", control_grasps, {1, 1e6},
     "grasps repeated with the hand 1 m away, with open fingers, and with random ones");
+  f("self_check_trials", self_check_trials, {0, 1e6},
+    "pushes repeated at half the step and with twice the iterations");
+  f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose pushes are kept for playback");
   f("seed", seed, "seed of the solver");
 }
 
@@ -194,7 +263,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   const auto body = physics::solid_body(object, field, protocol.mass_kg, protocol.density_kg_m3);
   const std::vector<Posture> postures = physics::postures_of(grasps, hand, field);
 
-  Evaluations all{params, screened(postures, trajectories.trajectories, protocol), {}};
+  Evaluations all{params, screened(postures, trajectories.trajectories, protocol), {}, {}, {}};
   std::vector<Posture> tested;
   for (const Evaluation& evaluation : all.list)
     if (evaluation.outcome != Outcome::rejected) tested.push_back(postures[evaluation.grasp]);
@@ -216,6 +285,8 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   all.controls = {control("hand 1 m away", Control::Rule::no_trial_holds, rest.first(share)),
                   control("open hand", Control::Rule::no_grasp_passes, rest.subspan(share, share)),
                   control("random fingers", Control::Rule::reported, rest.last(share))};
+  all.self_check = checked(all, protocol, body, hand, postures);
+  all.recordings = recorded(all, protocol, body, hand, postures, grasps);
   report(all, trials, run);
   return all;
 }

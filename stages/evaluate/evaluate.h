@@ -9,6 +9,8 @@
 #include "physics/controls.h"
 #include "physics/outcome.h"
 #include "physics/protocols.h"
+#include "physics/recording.h"
+#include "physics/self_check.h"
 #include <nlohmann/json_fwd.hpp>
 
 #include "geometry/distance_field.h"
@@ -24,6 +26,8 @@ struct EvaluateParams {
   double friction = physics::Engine{}.friction;
   std::string object_geometry = "truth";
   int control_grasps = 4;
+  int self_check_trials = 6;
+  int recorded_grasps = 1;
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
@@ -53,6 +57,8 @@ struct Evaluations {
   EvaluateParams params;
   std::vector<Evaluation> list;
   std::vector<physics::Control> controls;
+  physics::SelfCheck self_check;
+  std::vector<physics::Recording> recordings;  ///< all pushes of the first grasps that were simulated
 
   int count(Outcome outcome) const;
   bool valid() const { return std::ranges::all_of(controls, &physics::Control::ok); }
@@ -68,12 +74,12 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 2, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 3, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);
 
-std::string_view artefact_kind(const Evaluations*);  ///< "evaluations": evaluations.json
+std::string_view artefact_kind(const Evaluations*);  ///< "evaluations": evaluations.json, recordings.json
 void save_artefact(const Evaluations& all, const std::filesystem::path& dir);
 void load_artefact(Evaluations& all, const std::filesystem::path& dir);
 

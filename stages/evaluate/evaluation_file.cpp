@@ -128,24 +128,36 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                      {"friction", all.params.friction},
                      {"object_geometry", all.params.object_geometry},
                      {"control_grasps", all.params.control_grasps},
+                     {"self_check_trials", all.params.self_check_trials},
+                     {"recorded_grasps", all.params.recorded_grasps},
                      {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
                      {"controls", physics::to_json(all.controls)},
                      {"valid", all.valid()},
+                     {"self_check", physics::to_json(all.self_check)},
                      {"evaluations", entries}};
   std::ofstream out(dir / "evaluations.json");
   out.exceptions(std::ios::failbit | std::ios::badbit);
   out << file.dump(1) << '\n';
+  std::ofstream recordings(dir / "recordings.json");
+  recordings.exceptions(std::ios::failbit | std::ios::badbit);
+  recordings << physics::to_json(all.recordings).dump() << '\n';
 }
 
 void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   std::ifstream in(dir / "evaluations.json");
   in.exceptions(std::ios::badbit);
   const json file = json::parse(in);
-  all = {{file.at("protocol"), file.at("friction"), file.at("object_geometry"), file.at("control_grasps"),
-          file.at("seed")},
-         {},
-         {}};
+  all = {};
+  EvaluateParams& params = all.params;
+  params.protocol = file.at("protocol"), params.friction = file.at("friction");
+  params.object_geometry = file.at("object_geometry"), params.control_grasps = file.at("control_grasps");
+  params.self_check_trials = file.at("self_check_trials");
+  params.recorded_grasps = file.at("recorded_grasps"), params.seed = file.at("seed");
+  all.self_check = physics::self_check_from(file.at("self_check"));
+  std::ifstream recordings(dir / "recordings.json");
+  recordings.exceptions(std::ios::badbit);
+  all.recordings = physics::recordings_from(json::parse(recordings));
   for (const json& entry : file.at("evaluations")) all.list.push_back(evaluation_from(entry));
   all.controls = physics::controls_from(file.at("controls"));
 }

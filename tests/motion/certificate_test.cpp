@@ -37,12 +37,8 @@ class CertificateTest : public testing::Test {
   }
   /// Signed distance of the nearest capsule to the ball that the mesh's corners lie on, in closed form.
   double ball_clearance(const VectorXd& x) const {
-    std::vector<Pose> X_HL;
-    std::vector<hands::PlacedCapsule> placed;
-    hands::forward_kinematics(hand_.tree, floating_.joints(x), X_HL);
-    hands::place_capsules(hand_, floating_.pose(x), X_HL, placed);
     double least = 1;
-    for (const auto& c : placed) {
+    for (const auto& c : hands::placed_capsules(hand_, floating_.pose(x), floating_.joints(x))) {
       const Vec3 along = c.b - c.a;
       const double s = std::clamp(-c.a.dot(along) / std::max(along.squaredNorm(), 1e-12), 0.0, 1.0);
       least = std::min(least, (c.a + s * along).norm() - radius_m - c.radius_m);

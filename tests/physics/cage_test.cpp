@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/back_off.h"
 #include "physics/cage_trial.h"
 #include "physics/escape_search.h"
 #include <gtest/gtest.h>
@@ -97,7 +98,7 @@ TEST(Cage, a_ball_in_a_closed_box_stays) {
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
       const CageTrial trial = wrench_trial(protocol, ball, escape, amplitude, seed);
       EXPECT_EQ(trial.outcome, Outcome::held);
-      EXPECT_LT(trial.penetration_m, CageEngine{}.most_motion_m / 3);  // one wall of three, at a corner
+      EXPECT_LT(trial.penetration_m, CageEngine{}.most_motion_m);  // what one step may close
     }
 }
 
@@ -119,6 +120,52 @@ TEST(Cage, damped_falls_reach_the_closed_forms_speed) {
   for (int i = 0; i < 240; ++i) world.step(Vec3(0, 0, -mass * 10), Vec3::Zero());
   const double speed = 10 * engine.dt_s / (std::exp(engine.dt_s / engine.damping_s) - 1);
   EXPECT_NEAR(world.velocity_m_s().z(), -speed, 1e-9);
+}
+
+// A capsule that starts 2 mm inside a ball moves out by 2 mm and the gap, along the line of centres; one that is
+// free stays where it is, bit by bit.
+TEST(Cage, fingers_that_start_inside_back_off_by_their_depth) {
+  const double ball_m = 0.03, finger_m = 0.01, deep_m = 0.002, gap_m = 5e-5;
+  const auto field = filled(Vec3::Constant(0.07), 0.002, [&](const Vec3& p) { return p.norm() - ball_m; });
+  const double height = ball_m + finger_m - deep_m;
+  const std::vector<PlacedCapsule> start = {{Vec3(-0.02, 0, height), Vec3(0.02, 0, height), finger_m},
+                                            {Vec3(-0.02, 0, -0.05), Vec3(0.02, 0, -0.05), finger_m}};
+  const BackedOff back = backed_off(field, start, gap_m);
+  // The trilinear field of a ball errs by less than h^2 / (4 r) = 0.03 mm.
+  EXPECT_NEAR(back.largest_m, deep_m + gap_m, 5e-5);
+  EXPECT_NEAR(back.capsules_O[0].a.z(), height + deep_m + gap_m, 5e-5);
+  EXPECT_EQ(back.capsules_O[0].radius_m, finger_m);
+  EXPECT_EQ(back.capsules_O[1].a, start[1].a);
+}
+
+// Pressed from two sides, a capsule can't move out of the way: it gets thinner by what is left.
+TEST(Cage, a_finger_pressed_from_two_sides_gets_thinner) {
+  const double half_gap = 0.009, finger_m = 0.01;  // a slot of 18 mm between two slabs
+  const auto field =
+      filled(Vec3::Constant(0.05), 0.002, [&](const Vec3& p) { return half_gap - std::abs(p.z()); });
+  const BackedOff back = backed_off(field, {{Vec3(-0.01, 0, 3e-4), Vec3(0.01, 0, 3e-4), finger_m}});
+  EXPECT_LE(back.capsules_O[0].radius_m, half_gap + 1e-4);
+  EXPECT_GT(back.capsules_O[0].radius_m, half_gap - 1e-3);
+}
+
+// Recorded or not, a trial tells the same; its frames are evenly spaced and end with the trial.
+TEST(Cage, a_recording_shows_the_trial_and_does_not_change_it) {
+  const CageProtocol protocol;
+  Recording recording;
+  recording.see(0, "start", Pose::Identity(), Pose::Identity(), Eigen::VectorXd(0));
+  const CageTrial seen =
+      pull_trial(protocol, ring(), around_ring(false), Vec3::UnitZ(), 0, &recording);
+  const CageTrial unseen = pull_trial(protocol, ring(), around_ring(false), Vec3::UnitZ(), 0);
+  EXPECT_EQ(seen.ended_s, unseen.ended_s);
+  EXPECT_EQ(seen.max_displacement_m, unseen.max_displacement_m);
+  ASSERT_GT(recording.frames.size(), 5u);
+  for (std::size_t i = 1; i + 1 < recording.frames.size(); ++i) {
+    const double step = recording.frames[i].time_s - recording.frames[i - 1].time_s;
+    EXPECT_GE(step, recording.every_s - 1e-9);
+    EXPECT_LT(step, recording.every_s + protocol.engine.dt_s);
+  }
+  EXPECT_EQ(recording.frames.back().time_s, seen.ended_s);
+  EXPECT_GT(recording.frames.back().X_WO.translation().z(), 0.06);  // past the end of the bar
 }
 
 TEST(Cage, same_seed_same_numbers_other_seed_others) {

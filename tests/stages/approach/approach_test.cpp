@@ -33,12 +33,8 @@ class ApproachTest : public testing::Test {
     return approach({}, run, grasps, field_, cloud, {}, hand_).trajectories.at(0);
   }
   std::vector<hands::PlacedCapsule> capsules(const motion::Trajectory& t, std::size_t i) const {
-    std::vector<Pose> X_HL;
-    std::vector<hands::PlacedCapsule> placed;
-    hands::forward_kinematics(hand_.tree,
-                              Eigen::Map<const Eigen::VectorXd>(t.q_rad[i].data(), hand_.tree.dofs()), X_HL);
-    hands::place_capsules(hand_, t.X_OH[i], X_HL, placed);
-    return placed;
+    return hands::placed_capsules(hand_, t.X_OH[i],
+                                  Eigen::Map<const Eigen::VectorXd>(t.q_rad[i].data(), hand_.tree.dofs()));
   }
 
   const hands::Hand hand_ = hands::load_hand("schunk_sdh");

@@ -66,6 +66,11 @@ CageEvaluations caged(const hands::GraspSet& set) {
   return cage(quick(), run, set, ball_mesh(), ball_field(), sdh());
 }
 
+const CageEvaluations& closed_once() {
+  static const CageEvaluations all = caged(grasps(true));
+  return all;
+}
+
 std::string saved(const CageEvaluations& all) {
   const auto dir = std::filesystem::path(testing::TempDir()) / "cages";
   std::filesystem::create_directories(dir);
@@ -78,7 +83,8 @@ std::string saved(const CageEvaluations& all) {
 // Three fingers spread evenly close over a ball of 70 mm: they meet beyond its equator, which blocks every
 // straight way, so that gravity alone never takes it out; open fingers let it go.
 TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
-  const CageEvaluations closed = caged(grasps(true)), open = caged(grasps(false));
+  const CageEvaluations& closed = closed_once();
+  const CageEvaluations open = caged(grasps(false));
   EXPECT_EQ(closed.list[0].retained(), 6) << closed.list[0].reason;
   EXPECT_LT(open.list[0].retained(), 6);
   EXPECT_EQ(open.list[0].outcome, Outcome::lost) << open.list[0].reason;
@@ -87,13 +93,13 @@ TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
 }
 
 TEST(CageStage, controls_are_as_they_must_be) {
-  const CageEvaluations all = caged(grasps(true));
+  const CageEvaluations& all = closed_once();
   EXPECT_EQ(all.controls.size(), 7u);
   for (const physics::Control& control : all.controls) EXPECT_TRUE(control.ok()) << control.name;
 }
 
 TEST(CageStage, never_calls_a_failed_search_a_cage) {
-  const CageEvaluations all = caged(grasps(true));
+  const CageEvaluations& all = closed_once();
   EXPECT_EQ(all.list[0].reason.find("caged"), std::string::npos);
   EXPECT_EQ(all.list[0].outcome == Outcome::held, all.list[0].reason.find("no proof") != std::string::npos);
 }
@@ -109,6 +115,17 @@ TEST(CageStage, same_bytes_for_any_number_of_threads_and_files_read_back) {
   CageEvaluations read;
   load_artefact(read, std::filesystem::path(testing::TempDir()) / "cages");
   EXPECT_EQ(saved(read), two);
+}
+
+TEST(CageStage, records_and_checks_itself) {
+  const CageEvaluations& all = closed_once();
+  ASSERT_EQ(all.recordings.size(), 6u + 4u + quick().wrench_amplitudes.size());
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(all.recordings[i].outcome, all.list[0].pulls[i].outcome);
+  EXPECT_EQ(all.recordings[0].trial, "pull +x");
+  EXPECT_EQ(all.recordings[6].trial, "ring 0 deg");
+  EXPECT_EQ(all.self_check.trials, quick().self_check_trials);
+  EXPECT_EQ(all.self_check.half_step, all.self_check.trials);
+  EXPECT_EQ(all.self_check.twice_iterations, all.self_check.trials);
 }
 
 TEST(CageStage, rejects_a_hand_inside_the_object) {

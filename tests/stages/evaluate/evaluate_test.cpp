@@ -13,6 +13,7 @@
 
 #include "hands/closing.h"
 #include "pipeline/error.h"
+#include "physics/force_trial.h"
 #include "physics/world.h"
 #include "tests/physics/scenes.h"
 
@@ -163,6 +164,46 @@ TEST(Evaluate, counts_add_up_and_files_read_back) {
        {"protocol", "outcome", "reason", "directions", "counts", "engine", "seed", "drift_m"})
     EXPECT_TRUE(entry.contains(key)) << key;
   EXPECT_EQ(file["counts"]["rejected"], 1);
+}
+
+// Of the first simulated grasp every push: from the grasp's own pose through closing to the end, joints and all.
+TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
+  const Evaluations all = evaluated({pierced_grasp(), closed_grasp(), open_grasp()});
+  ASSERT_EQ(all.recordings.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const physics::Recording& one = all.recordings[i];
+    EXPECT_EQ(one.grasp, 1);  // the first was rejected
+    EXPECT_EQ(one.trial, std::string("push ") + physics::six_directions()[i].name);
+    EXPECT_EQ(one.outcome, all.list[1].directions[i].outcome);
+    EXPECT_EQ(one.frames.front().phase, "settle");
+    EXPECT_EQ(one.frames.back().phase, "push");
+    EXPECT_TRUE(one.frames.front().X_WO.isApprox(Pose::Identity(), 1e-9));
+    EXPECT_EQ(one.frames.front().q.size(), static_cast<long>(one.joints.size()));
+    EXPECT_GT((one.frames.back().q - one.frames.front().q).norm(), 1e-4);  // it squeezes
+    double farthest = 0;
+    for (const auto& frame : one.frames) farthest = std::max(farthest, frame.X_WO.translation().norm());
+    EXPECT_LT(farthest, all.list[1].drift_m + all.list[1].directions[i].max_displacement_m + 1e-6);
+  }
+}
+
+// The sample is spread over all pushes; a steady grasp tells the same at half the step.
+TEST(Evaluate, checks_itself_on_a_sample) {
+  const Evaluations all = evaluated({closed_grasp(), open_grasp()});
+  EXPECT_EQ(all.self_check.trials, EvaluateParams{}.self_check_trials);
+  EXPECT_EQ(all.self_check.half_step, all.self_check.trials);
+  EXPECT_EQ(all.self_check.twice_iterations, all.self_check.trials);
+  EXPECT_TRUE(all.self_check.disagreements.empty());
+}
+
+TEST(SelfCheck, names_what_disagrees) {
+  physics::SelfCheck check;
+  check.count("grasp 0, push +x", Outcome::held, Outcome::held, Outcome::held);
+  check.count("grasp 2, push -z", Outcome::held, Outcome::lost, Outcome::held);
+  EXPECT_EQ(check.text(), "half step 1 of 2, twice the iterations 2 of 2");
+  ASSERT_EQ(check.disagreements.size(), 1u);
+  EXPECT_EQ(check.disagreements[0], "grasp 2, push -z: held, but lost at half the step");
+  EXPECT_EQ(physics::even_sample(10, 3), (std::vector<std::size_t>{0, 3, 6}));
+  EXPECT_EQ(physics::even_sample(2, 3), (std::vector<std::size_t>{0, 1}));
 }
 
 template <class Change>

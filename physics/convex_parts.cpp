@@ -1,0 +1,243 @@
+#include "physics/convex_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include <LinearMath/btConvexHullComputer.h>
+
+namespace geocage::physics {
+namespace {
+
+using geometry::SignedDistanceField;
+using geometry::Vec3;
+using Box = Eigen::AlignedBox3d;
+using Polygon = std::vector<Vec3>;
+
+/// The part of a convex polygon where side * (p[axis] - at) <= 0 (Sutherland and Hodgman 1974).
+Polygon clipped(const Polygon& polygon, int axis, double at, double side) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const double dp = side * (p[axis] - at), dq = side * (q[axis] - at);
+    if (dp <= 0) kept.push_back(p);
+    if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) {
+      kept.push_back(p + dp / (dp - dq) * (q - p));
+      kept.back()[axis] = at;
+    }
+  }
+  return kept;
+}
+
+/// The corners of the solid within the box.
+std::vector<Vec3> corners_within(const geometry::TriangleMesh& mesh, const std::vector<int>& triangles,
+                                 const SignedDistanceField& field, const Box& box) {
+  std::vector<Vec3> points;
+  for (const int t : triangles) {
+    Polygon polygon;
+    for (const int v : mesh.triangles[t]) polygon.push_back(mesh.vertices[v]);
+    for (int axis = 0; axis < 3 && !polygon.empty(); ++axis) {
+      polygon = clipped(polygon, axis, box.max()[axis], 1);
+      polygon = clipped(polygon, axis, box.min()[axis], -1);
+    }
+    points.insert(points.end(), polygon.begin(), polygon.end());
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p = box.corner(static_cast<Box::CornerType>(corner));
+    if (field.value(p) < 0) points.push_back(p);
+  }
+  return points;
+}
+
+/// Empty for points that span no volume.
+ConvexPart hull_of(const std::vector<Vec3>& points) {
+  ConvexPart part;
+  if (points.size() < 4) return part;
+  btConvexHullComputer computer;
+  std::vector<double> flat;
+  for (const Vec3& p : points) flat.insert(flat.end(), p.data(), p.data() + 3);
+  computer.compute(flat.data(), 3 * sizeof(double), static_cast<int>(points.size()), 0, 0);
+  for (int i = 0; i < computer.vertices.size(); ++i)
+    part.vertices_O.emplace_back(computer.vertices[i].x(), computer.vertices[i].y(), computer.vertices[i].z());
+  Vec3 center = Vec3::Zero();
+  for (const Vec3& p : part.vertices_O) center += p / static_cast<double>(part.vertices_O.size());
+  for (int f = 0; f < computer.faces.size(); ++f) {
+    const auto* first = &computer.edges[computer.faces[f]];
+    const auto* edge = first;
+    Vec3 normal = Vec3::Zero();  // Newell: twice the area, whatever the corners' number
+    do {
+      const Vec3 &p = part.vertices_O[edge->getSourceVertex()], &q = part.vertices_O[edge->getTargetVertex()];
+      normal += (p - center).cross(q - center);
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != first);
+    if (normal.norm() < 1e-14) continue;
+    normal.normalize();
+    if (normal.dot(part.vertices_O[first->getSourceVertex()] - center) < 0) normal = -normal;
+    double offset = -1e300;
+    for (const Vec3& p : part.vertices_O) offset = std::max(offset, normal.dot(p));
+    part.normals_O.push_back(normal), part.offset_m.push_back(offset);
+  }
+  if (part.normals_O.size() < 4) return {};
+  return part;
+}
+
+Box box_of(const std::vector<Vec3>& points) {
+  Box box;
+  for (const Vec3& p : points) box.extend(p);
+  return box;
+}
+
+/// Nowhere farther outside the solid than the tolerance.
+bool within(const ConvexPart& part, const SignedDistanceField& field, const ConvexPartsRule& rule) {
+  const Box box = box_of(part.vertices_O);
+  const Vec3 cells = (box.sizes() / rule.look_m).array().ceil().max(1);
+  Vec3 p;
+  for (int z = 0; z <= cells.z(); ++z)
+    for (int y = 0; y <= cells.y(); ++y)
+      for (int x = 0; x <= cells.x(); ++x) {
+        p = box.min() + Vec3(x, y, z).cwiseQuotient(cells).cwiseProduct(box.sizes());
+        if (field.value(p) > rule.tolerance_m && part.contains(p)) return false;
+      }
+  return true;
+}
+
+struct Piece {
+  Box box;
+  ConvexPart part;
+};
+
+struct Cutter {
+  const geometry::TriangleMesh& mesh;
+  const SignedDistanceField& field;
+  const ConvexPartsRule& rule;
+  std::vector<Piece> pieces;
+
+  void cut(const Box& box, const std::vector<int>& triangles) {
+    std::vector<int> inside;
+    for (const int t : triangles) {
+      const auto& corners = mesh.triangles[t];
+      if (box.intersects(
+              box_of({mesh.vertices[corners[0]], mesh.vertices[corners[1]], mesh.vertices[corners[2]]})))
+        inside.push_back(t);
+    }
+    ConvexPart part = hull_of(corners_within(mesh, inside, field, box));
+    if (part.normals_O.empty()) return;
+    int axis = 0;
+    const double longest = box.sizes().maxCoeff(&axis);
+    if (longest < 2 * rule.smallest_box_m || within(part, field, rule)) {
+      pieces.push_back({box, std::move(part)});
+      return;
+    }
+    Box low = box, high = box;
+    low.max()[axis] = high.min()[axis] = box.center()[axis];
+    cut(low, inside);
+    cut(high, inside);
+  }
+
+  void merge() {
+    for (bool merged = true; merged;) {
+      merged = false;
+      for (std::size_t i = 0; i < pieces.size(); ++i)
+        for (std::size_t j = i + 1; j < pieces.size();) {
+          if (pieces[i].box.exteriorDistance(pieces[j].box) > 1e-9) {
+            ++j;
+            continue;
+          }
+          std::vector<Vec3> points = pieces[i].part.vertices_O;
+          points.insert(points.end(), pieces[j].part.vertices_O.begin(), pieces[j].part.vertices_O.end());
+          ConvexPart both = hull_of(points);
+          if (both.normals_O.empty() || !within(both, field, rule)) {
+            ++j;
+            continue;
+          }
+          pieces[i] = {pieces[i].box.merged(pieces[j].box), std::move(both)};
+          pieces.erase(pieces.begin() + static_cast<long>(j));
+          merged = true;
+        }
+    }
+  }
+};
+
+}  // namespace
+
+bool ConvexPart::contains(const Vec3& p_O, double margin_m) const {
+  for (std::size_t i = 0; i < normals_O.size(); ++i)
+    if (normals_O[i].dot(p_O) > offset_m[i] + margin_m) return false;
+  return !normals_O.empty();
+}
+
+std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh, const SignedDistanceField& field,
+                                     const ConvexPartsRule& rule) {
+  Cutter cutter{mesh, field, rule, {}};
+  std::vector<int> all(mesh.triangles.size());
+  for (std::size_t t = 0; t < all.size(); ++t) all[t] = static_cast<int>(t);
+  cutter.cut(box_of(mesh.vertices), all);
+  cutter.merge();
+  std::vector<ConvexPart> parts;
+  for (Piece& piece : cutter.pieces) parts.push_back(std::move(piece.part));
+  return parts;
+}
+
+VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::function<bool(const Vec3&)>& inside) {
+  // A border of empty cells; corner (x, y, z) of the lattice is the low corner of cell (x, y, z).
+  const Eigen::Array3i n = (box_O.sizes() / cell_m).array().ceil().cast<int>() + 3;
+  const auto index = [&](int x, int y, int z) { return (static_cast<std::size_t>(z) * n.y() + y) * n.x() + x; };
+  std::vector<std::uint8_t> full(static_cast<std::size_t>(n.x()) * n.y() * n.z(), 0);
+  VoxelShape shape;
+  long cells = 0;
+  for (int z = 1; z + 1 < n.z(); ++z)
+    for (int y = 1; y + 1 < n.y(); ++y)
+      for (int x = 1; x + 1 < n.x(); ++x)
+        if (inside(box_O.min() + cell_m * Vec3(x - 0.5, y - 0.5, z - 0.5))) full[index(x, y, z)] = 1, ++cells;
+  long vertices = 0, edges = 0, faces = 0;
+  for (int z = 1; z < n.z(); ++z)
+    for (int y = 1; y < n.y(); ++y)
+      for (int x = 1; x < n.x(); ++x) {
+        const auto any = [&](int dx, int dy, int dz) {  // of the cells that share the element
+          for (int k = 0; k <= dz; ++k)
+            for (int j = 0; j <= dy; ++j)
+              for (int i = 0; i <= dx; ++i)
+                if (full[index(x - i, y - j, z - k)]) return 1;
+          return 0;
+        };
+        vertices += any(1, 1, 1);
+        edges += any(0, 1, 1) + any(1, 0, 1) + any(1, 1, 0);
+        faces += any(1, 0, 0) + any(0, 1, 0) + any(0, 0, 1);
+      }
+  shape.euler = vertices - edges + faces - cells;
+  shape.volume_m3 = static_cast<double>(cells) * cell_m * cell_m * cell_m;
+
+  std::vector<std::array<int, 3>> stack;
+  for (int z = 1; z + 1 < n.z(); ++z)
+    for (int y = 1; y + 1 < n.y(); ++y)
+      for (int x = 1; x + 1 < n.x(); ++x) {
+        if (full[index(x, y, z)] != 1) continue;
+        ++shape.pieces;
+        full[index(x, y, z)] = 2;
+        stack.push_back({x, y, z});
+        while (!stack.empty()) {
+          const auto [a, b, c] = stack.back();
+          stack.pop_back();
+          for (int k = -1; k <= 1; ++k)
+            for (int j = -1; j <= 1; ++j)
+              for (int i = -1; i <= 1; ++i) {
+                auto& cell = full[index(a + i, b + j, c + k)];
+                if (cell == 1) cell = 2, stack.push_back({a + i, b + j, c + k});
+              }
+        }
+      }
+  return shape;
+}
+
+VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::vector<ConvexPart>& parts) {
+  std::vector<Box> boxes;
+  for (const ConvexPart& part : parts) boxes.push_back(box_of(part.vertices_O));
+  return voxel_shape(box_O, cell_m, [&](const Vec3& p) {
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (boxes[i].contains(p) && parts[i].contains(p, 1e-9)) return true;
+    return false;
+  });
+}
+
+}  // namespace geocage::physics

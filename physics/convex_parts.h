@@ -1,0 +1,44 @@
+#pragma once
+#include <functional>
+#include <vector>
+
+#include "geometry/distance_field.h"
+
+namespace geocage::physics {
+
+/// The convex hull of a part of a solid.
+struct ConvexPart {
+  std::vector<geometry::Vec3> vertices_O;
+  std::vector<geometry::Vec3> normals_O;  ///< outward, of its faces: n . p <= offset_m inside
+  std::vector<double> offset_m;
+
+  bool contains(const geometry::Vec3& p_O, double margin_m = 0) const;
+};
+
+struct ConvexPartsRule {
+  double tolerance_m = 1.5e-3;    ///< no point of a part is farther outside the solid
+  double smallest_box_m = 4e-3;   ///< boxes are not cut below this, whatever is outside
+  double look_m = 1.5e-3;         ///< distance of the points that a part is looked at
+};
+
+/// A solid as the union of convex parts: the second opinion on its shape, and what engines without fields take.
+/// Boxes are halved across their longest side until the hull of what is inside (the mesh clipped to the box,
+/// and the box's corners within the solid) stays within the tolerance of the solid, as its field says at points
+/// `look_m` apart; touching parts are then merged while the hull of both does. Deterministic. Precondition: a
+/// closed, outward mesh, and its field. O(parts * triangles + merges * looks).
+std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh,
+                                     const geometry::SignedDistanceField& field, const ConvexPartsRule& rule);
+
+/// Euler characteristic of the closed cubes of `cell_m` whose centres are inside, V - E + F - C, and how many
+/// pieces they are: of a solid bounded by a surface of characteristic chi it is chi / 2.
+struct VoxelShape {
+  long euler = 0;
+  int pieces = 0;
+  double volume_m3 = 0;
+};
+VoxelShape voxel_shape(const Eigen::AlignedBox3d& box_O, double cell_m,
+                       const std::function<bool(const geometry::Vec3&)>& inside);
+/// The same where some part contains the centre.
+VoxelShape voxel_shape(const Eigen::AlignedBox3d& box_O, double cell_m, const std::vector<ConvexPart>& parts);
+
+}  // namespace geocage::physics

@@ -1,0 +1,89 @@
+#include "physics/margins.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "geometry/noise.h"
+#include "hands/closing.h"
+
+namespace geocage::physics {
+
+using geometry::Pose;
+using geometry::Vec3;
+
+Margin hardest(double easy, double hard, int halvings, const std::function<bool(double)>& holds) {
+  Margin margin{easy, hard, {}};
+  if (!holds(easy)) return margin;
+  if (holds(hard)) return margin.level = hard, margin;
+  double good = easy, bad = hard;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (good + bad);
+    (holds(middle) ? good : bad) = middle;
+  }
+  margin.level = good;
+  return margin;
+}
+
+std::vector<PoseDraw> pose_draws(int count, std::uint64_t seed) {
+  std::vector<PoseDraw> draws;
+  for (int i = 0; i < count; ++i) {
+    geometry::RandomStream random(seed, static_cast<std::uint64_t>(i));
+    PoseDraw& draw = draws.emplace_back();
+    for (int axis = 0; axis < 3; ++axis) draw.shift[axis] = 2 * random.uniform() - 1;
+    draw.axis = random.direction();
+    draw.turn = 2 * random.uniform() - 1;
+  }
+  return draws;
+}
+
+Pose displaced(const hands::Hand& hand, const Pose& X_OH, const PoseDraw& draw, double shift_m,
+               double turn_rad) {
+  return X_OH * Eigen::Translation3d(hand.palm_H + shift_m * draw.shift) *
+         Eigen::AngleAxisd(turn_rad * draw.turn, draw.axis) * Eigen::Translation3d(-hand.palm_H);
+}
+
+ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
+                           const Pose& X_OH, const Eigen::VectorXd& q_open, const MarginRule& rule,
+                           std::uint64_t seed) {
+  const std::vector<PoseDraw> draws = pose_draws(rule.draws, seed);
+  const auto draw_holds = [&](const Protocol& tested, const PoseDraw& draw, double noise) {
+    const Pose X = displaced(hand, X_OH, draw, noise * rule.noise_m, noise * rule.noise_rad);
+    const hands::ClosedHand closed = hands::close_hand(hand, *object.field, X, q_open, {});
+    if (closed.outcome != hands::Closure::closed) return false;
+    const Posture posture = posture_at(hand, *object.field, X, closed.q);
+    if (posture.penetration_m > tested.max_start_penetration_m) return false;
+    return std::ranges::all_of(six_directions(), [&](const Direction& way) {
+      return push_trial(tested, object, hand, posture, way.axis_O, seed).outcome == Outcome::held;
+    });
+  };
+  // Stops once the answer is settled, so it is the same whichever draws come first.
+  const auto held = [&](const Protocol& tested, double noise, int most_failures) {
+    std::atomic<int> failures = 0;
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t i = 0; i < draws.size(); ++i)
+      if (failures <= most_failures && !draw_holds(tested, draws[i], noise)) ++failures;
+    return failures <= most_failures ? rule.draws - failures : 0;
+  };
+  const int needed = static_cast<int>(std::ceil(rule.share * rule.draws - 1e-9));
+  const auto enough = [&](const Protocol& tested, double noise) {
+    return held(tested, noise, rule.draws - needed) >= needed;
+  };
+
+  ForceMargins margins;
+  margins.draws = rule.draws, margins.held = held(protocol, 1, rule.draws);
+  margins.noise = hardest(0, 2, rule.halvings, [&](double noise) { return enough(protocol, noise); });
+  margins.friction = hardest(1, 0, rule.halvings, [&](double mu) {
+    Protocol tested = protocol;
+    tested.engine.friction = mu;
+    return enough(tested, rule.small_share);
+  });
+  margins.push_m_s2 = hardest(0, 100, rule.halvings, [&](double push) {
+    Protocol tested = protocol;
+    tested.acceleration_m_s2 = push;
+    return enough(tested, rule.small_share);
+  });
+  return margins;
+}
+
+}  // namespace geocage::physics
