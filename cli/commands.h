@@ -21,6 +21,7 @@ struct RunOptions {
   bool dry_run = false, retry_failed = false, single_file = false;
   double stage_seconds = 3600;  ///< a slot that takes longer fails
   double stage_memory_gib = 4;  ///< a slot that takes more fails
+  int pictures = 200;           ///< of so many pairs at most
 };
 int run(const Shared& shared, const RunOptions& options);
 int status(const Shared& shared, const FlowRequest& flow);
@@ -29,7 +30,7 @@ int show(const Shared& shared, const FlowRequest& flow, const std::string& slot)
 /// Metrics of all slots of the store that match a pattern, as CSV.
 int metrics(const Shared& shared, const std::string& pattern);
 int graph(const Shared& shared, const FlowRequest& flow);
-int report(const Shared& shared, const FlowRequest& flow, bool single_file);
+int report(const Shared& shared, const FlowRequest& flow, bool single_file, int pictures);
 /// The ledger: what failed, why, and what to type to see it again.
 int failures(const Shared& shared);
 /// A select statement over results.sqlite of a run.
@@ -68,6 +69,9 @@ struct ViewOptions {
   std::string unit = "m", hand;
 };
 int view(const Shared& shared, const ViewOptions& options);
+
+/// Searches the motion that a scene asks for (docs/planning.md) and proves it free. 1 where it is not.
+int plan(const Shared& shared, const std::filesystem::path& scene);
 
 struct EvaluateOptions {
   std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none

@@ -220,6 +220,13 @@ class Planner {
     const Chosen chosen = parameters_of(object.name);
     const StageParameters& parameters = chosen.parameters;
     origins_ = chosen.origins;
+    if (object.cloud && parameters.noise.surface == "truth") {
+      add_lost_pairs(object, "",
+                     object.path.string() +
+                         ": error: a scan has no true surface (say noise.surface = "
+                         "'reconstruction', or take a mesh)");
+      return;
+    }
     if (object.cloud && parameters.import.scene != "object" && parameters.import.cluster == "all")
       add_scene(object, variant, parameters, parameters_of);
     else
@@ -269,8 +276,7 @@ class Planner {
       const stages::PartParams part_params{static_cast<int>(k)};
       const Chosen chosen = parameters_of(one.name);
       origins_ = chosen.origins;
-      add_slots(one, chosen.parameters, slot("import", stages::import_part_stage, part_params, scene),
-                {});
+      add_slots(one, chosen.parameters, slot("import", stages::import_part_stage, part_params, scene), {});
       added = true;
     }
     if (!added)
@@ -313,9 +319,9 @@ class Planner {
       const std::string value = pipeline::value_text(field);
       const auto origin = origins_.find(group + "." + std::string(field.name));
       listed.push_back({std::string(field.name), value,
-                        origin != origins_.end()                          ? origin->second
+                        origin != origins_.end()                         ? origin->second
                         : value == pipeline::value_text(plain.list()[i]) ? "default"
-                                                                          : "the object or hand"});
+                                                                         : "the object or hand"});
     }
     shared_.push_back(name);
     return pipeline_.add(name, stage, params, inputs...);
@@ -327,12 +333,20 @@ class Planner {
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
     const auto occupancy = slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
     slot("clearance", stages::clearance_stage, p.clearance, occupancy);
-    const auto surface = slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
-    const auto mesh = slot("remesh", stages::remesh_stage, p.remesh, surface);
+    const bool true_surface = p.noise.surface == "truth";
+    const auto surface =
+        true_surface ? truth : slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
+    const auto clean = slot("remesh", stages::remesh_stage, p.remesh, surface);
+    const auto mesh = p.noise.asked() ? slot("noise", stages::noise_stage, p.noise, clean) : clean;
     if (!object.cloud) {
-      slot("surface_accuracy", stages::accuracy_stage, p.accuracy, surface, truth);
+      if (!true_surface) slot("surface_accuracy", stages::accuracy_stage, p.accuracy, surface, truth);
       slot("mesh_accuracy", stages::accuracy_stage, p.accuracy, mesh, truth);
     }
+    auto reference = clean;
+    if (p.agreement.reference == "truth" && !object.cloud && !true_surface)
+      reference = slot("reference_mesh", stages::remesh_stage, p.remesh, truth);
+    const bool compared =
+        p.agreement.reference == "clean" || (p.agreement.reference == "truth" && !object.cloud);
     const auto field = slot("field", stages::field_stage, p.field, mesh);
     const auto tested = object.cloud ? mesh : truth;
     const auto tested_field = object.cloud ? field : slot("truth_field", stages::field_stage, p.field, truth);
@@ -351,10 +365,17 @@ class Planner {
 
       const auto balls = slot(of_hand("balls"), stages::balls_stage, balls_params, mesh);
       const auto scores = slot(of_hand("score"), stages::score_stage, p.score, mesh, balls);
+      if (compared) {
+        const auto clean_balls =
+            slot(of_hand("reference_balls"), stages::balls_stage, balls_params, reference);
+        const auto clean_scores =
+            slot(of_hand("reference_score"), stages::score_stage, p.score, reference, clean_balls);
+        slot(of_hand("agreement"), stages::agreement_stage, p.agreement, clean_scores, scores);
+      }
       const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
                                occupancy, hands_[i]);
-      const auto ways =
-          slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
+      const auto ways = slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud,
+                             occupancy, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
       auto cage_params = p.cage;
@@ -363,6 +384,7 @@ class Planner {
 
       FlowPair pair = new_pair(object, hand);
       pair.slots = shared_;
+      if (compared) pair.agreement_slot = name_ + "/" + of_hand("agreement");
       pair.metric = p.balls.metric;
       for (auto [stage, at] : {std::pair{"score", &pair.score_slot},
                                {"place", &pair.place_slot},

@@ -28,7 +28,7 @@ struct FlowPair {
   std::string base;                               ///< the object without its variant
   std::vector<std::pair<std::string, std::string>> levels;  ///< of the sweep: "scan.sigma_m", "0.001"
   std::vector<std::string> slots;
-  std::string score_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
+  std::string score_slot, agreement_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
   std::string metric = "hop";  ///< of the balls
 };
 

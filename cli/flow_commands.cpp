@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 #include <fnmatch.h>
 #include <nlohmann/json.hpp>
+#include <omp.h>
 
 #include "cli/commands.h"
 #include "cli/console.h"
@@ -79,19 +80,29 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
+/// A path that means the same in every folder; other words as they are.
+std::string anywhere(const std::string& word) {
+  std::error_code ignored;
+  return fs::exists(word, ignored) ? fs::absolute(word).lexically_normal().string() : word;
+}
+
 /// The command that plans the same flow, for the ledger.
 std::string command_of(const Shared& shared, const FlowRequest& request) {
   std::string command = "geocage run";
-  if (request.file) command += " " + quoted(request.file->string());
+  if (request.file) command += " " + quoted(anywhere(request.file->string()));
   const auto option = [&](const char* name, const std::string& value) {
     if (!value.empty()) command += std::string(" ") + name + " " + quoted(value);
   };
-  option("--dataset", request.dataset);
+  option("--dataset", anywhere(request.dataset));
   option("--object", request.object);
-  option("--hand", request.hand);
+  option("--hand", anywhere(request.hand));
   for (const auto& set : request.sets) option("--set", set);
-  option("--store", shared.store.string());
+  option("--store", fs::absolute(shared.store).lexically_normal().string());
   return command;
+}
+
+int threads_of(int jobs) {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / std::max(1, jobs));
 }
 
 /// A store and the flow's slots over it.
@@ -111,6 +122,8 @@ struct Opened {
                                .subject = "the stage",
                                .hint = "--stage-seconds and --stage-memory-gib set the limits"},
                     .retry_failed = options.retry_failed,
+                    // as many workers as jobs share the machine's cores
+                    .prepare = [threads = threads_of(options.wish.jobs)] { omp_set_num_threads(threads); },
                     .command = command_of(shared, options.flow)});
     return plan_flow(options.flow, pipeline);
   }
@@ -148,11 +161,12 @@ int run(const Shared& shared, const RunOptions& options) {
     console.planned(opened.flow.pairs.size(), opened.pipeline.slots().size(), options.wish.jobs);
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
-  if (options.wish.only.empty() && options.wish.until.empty()) {
-    summary.report = write_run_report(opened.flow, summary, shared.out,
-                                      {pipeline::Ledger(opened.store).all(), options.single_file});
-    summary.results = write_results(opened.flow, summary, shared.out);
-  }
+  // The table first: it is there however long the pictures take.
+  if (options.wish.only.empty()) summary.results = write_results(opened.flow, summary, shared.out);
+  if (options.wish.only.empty() && options.wish.until.empty())
+    summary.report =
+        write_run_report(opened.flow, summary, shared.out,
+                         {pipeline::Ledger(opened.store).all(), options.single_file, options.pictures});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else
@@ -311,11 +325,11 @@ int graph(const Shared& shared, const FlowRequest& request) {
   return 0;
 }
 
-int report(const Shared& shared, const FlowRequest& request, bool single_file) {
+int report(const Shared& shared, const FlowRequest& request, bool single_file, int pictures) {
   Opened opened(shared, request);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
   summary.report = write_run_report(opened.flow, summary, shared.out,
-                                    {pipeline::Ledger(opened.store).all(), single_file});
+                                    {pipeline::Ledger(opened.store).all(), single_file, pictures});
   if (shared.json)
     fmt::print("{}\n", to_json(summary).dump(2));
   else

@@ -54,6 +54,12 @@ bool there(const Availability& found) {
   return found.presence == Presence::have || found.presence == Presence::fetched;
 }
 
+std::string source_of(const Entry& entry) {
+  if (!entry.shape.empty()) return "made: " + entry.shape;
+  if (!entry.npm.empty()) return "npm: " + entry.npm;
+  return entry.url.empty() ? entry.package : entry.url;
+}
+
 /// Prints what `look` finds of each entry; 0 when all are there.
 int list_entries(const Shared& shared, const std::vector<Entry>& entries,
                  const std::function<Availability(const Entry&)>& look) {
@@ -65,6 +71,8 @@ int list_entries(const Shared& shared, const std::vector<Entry>& entries,
     list.push_back({{"object", entry.name},
                     {"kind", entry.kind},
                     {"package", entry.package},
+                    {"source", source_of(entry)},
+                    {"set", entry.set},
                     {"licence", entry.licence},
                     {"unit", entry.unit},
                     {"sha256", entry.sha256},
@@ -72,8 +80,8 @@ int list_entries(const Shared& shared, const std::vector<Entry>& entries,
                     {"file", found.file.string()},
                     {"reason", found.reason}});
     if (!shared.json)
-      fmt::print("{:<12} {:<11} {:<6} {} ({}) {}\n", entry.name, word(found.presence), entry.kind,
-                 entry.package, entry.licence, found.reason);
+      fmt::print("{:<16} {:<11} {:<6} {} ({}) {}\n", entry.name, word(found.presence), entry.kind,
+                 source_of(entry), entry.shape.empty() ? entry.licence : "shape", found.reason);
   }
   if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-datasets 1"}, {"objects", list}}.dump(2));
   return all ? 0 : 1;
@@ -96,7 +104,11 @@ int check_datasets(const Shared& shared) {
 
 int get_dataset(const Shared& shared, const std::string& name) {
   const auto catalogue = datasets::load_catalogue();
-  return list_entries(shared, {datasets::find_entry(catalogue, name)},
+  std::vector<Entry> wanted;
+  for (const Entry& entry : catalogue)
+    if (name == "all" || (!name.empty() && entry.set == name)) wanted.push_back(entry);
+  if (wanted.empty()) wanted.push_back(datasets::find_entry(catalogue, name));
+  return list_entries(shared, wanted,
                       [](const Entry& entry) { return datasets::get(entry, datasets::datasets_folder()); });
 }
 

@@ -81,6 +81,11 @@ class Program {
     return sub;
   }
 
+  void add_pictures(CLI::App* sub) {
+    sub->add_option("--pictures", run_.pictures, "draw so many pairs at most; all are in the tables")
+        ->check(CLI::NonNegativeNumber);
+  }
+
   void add_flow_commands() {
     CLI::App* sub =
         flow_command("run", "make what is missing, then the report", [this] { return run(shared_, run_); });
@@ -101,6 +106,7 @@ class Program {
     sub->add_option("--memory-gib", run_.wish.memory_gib,
                     "for all slots made at once (default: 4/5 of the machine's)")
         ->check(CLI::PositiveNumber);
+    add_pictures(sub);
     sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
         ->check(CLI::PositiveNumber);
     sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
@@ -112,9 +118,10 @@ class Program {
     flow_command(
         "show", "what a slot holds", [this] { return show(shared_, run_.flow, slot_); }, true);
     flow_command("graph", "the dataflow as DOT", [this] { return graph(shared_, run_.flow); });
-    flow_command("report", "write the report of what is made", [this] {
-      return report(shared_, run_.flow, run_.single_file);
-    })->add_flag("--single-file", run_.single_file, "one HTML file, report.html");
+    sub = flow_command("report", "write the report of what is made",
+                       [this] { return report(shared_, run_.flow, run_.single_file, run_.pictures); });
+    sub->add_flag("--single-file", run_.single_file, "one HTML file, report.html");
+    add_pictures(sub);
   }
 
   void add_store_commands() {
@@ -126,7 +133,9 @@ class Program {
             [this] { return failures(shared_); });
     CLI::App* sub = command("query", "a select statement over the results of a run",
                             [this] { return query(shared_, query_); });
-    sub->add_option("SQL", query_.statement, "such as \"select * from rates\"; tables: grasps, rates, paired")
+    sub->add_option(
+           "SQL", query_.statement,
+           "such as \"select * from rates\"; tables: grasps, rates, paired, losses, agreement, slots")
         ->required();
     sub->add_option("--database", query_.database, "results.sqlite (default: in the folder of the report)");
     sub->add_option("--out", shared_.out, "folder of the report");
@@ -154,7 +163,8 @@ class Program {
         "check", "which objects are here, with the right digest", [this] { return check_datasets(shared_); },
         datasets);
     command(
-        "get", "bring an object", [this] { return get_dataset(shared_, name_); }, datasets)
+        "get", "bring an object, a set, or all of them", [this] { return get_dataset(shared_, name_); },
+        datasets)
         ->add_option("NAME", name_)
         ->required();
   }
@@ -195,6 +205,11 @@ class Program {
     sub->add_option("--units", view_.unit, "unit of meshes: m, cm, mm, inch, or metres per unit");
     sub->add_option("--out", shared_.out, "folder of the page");
 
+    sub = command("plan", "search the motion that a scene asks for, and prove it free",
+                  [this] { return plan(shared_, scene_); });
+    sub->add_option("SCENE", scene_, "robot, obstacles, tasks and horizon (TOML; docs/planning.md)")
+        ->required();
+
     sub = command("evaluate", "test a grasp in physics", [this] { return evaluate(shared_, evaluate_); });
     sub->add_option("--mesh", evaluate_.mesh)->required();
     sub->add_option("--hand", evaluate_.hand)->required();
@@ -216,7 +231,7 @@ class Program {
   ViewOptions view_;
   QueryOptions query_;
   std::string slot_, name_;
-  std::filesystem::path pictures_;
+  std::filesystem::path pictures_, scene_;
   bool dry_run_ = false;
   std::function<int()> chosen_;
 };

@@ -42,9 +42,12 @@ FlowObject object_of_file(const fs::path& file) {
 FlowObject object_of_entry(const datasets::Entry& entry) {
   FlowObject object;
   object.name = entry.name;
-  object.source = fmt::format("{} of Debian's {}, {}",
-                              fs::path(entry.member.empty() ? entry.path : entry.member).filename().string(),
-                              entry.package, entry.licence);
+  const std::string file = fs::path(entry.member.empty() ? entry.path : entry.member).filename();
+  object.source = !entry.shape.empty() ? "made: " + entry.shape
+                  : !entry.url.empty() ? entry.url + ", " + entry.licence
+                  : !entry.npm.empty()
+                      ? fmt::format("{} of npm's {}, {}", file, entry.npm, entry.licence)
+                      : fmt::format("{} of Debian's {}, {}", file, entry.package, entry.licence);
   object.cloud = entry.kind == "cloud";
   object.up_O = geometry::Vec3::Unit(entry.up == "x" ? 0 : entry.up == "y" ? 1 : 2);
   const auto set = [&](const char* field, pipeline::SettingValue value) {
@@ -89,9 +92,15 @@ std::vector<FlowObject> find_objects(const std::vector<std::string>& words, cons
   for (const auto& word : words) {
     const auto entry =
         std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.name == word; });
+    const bool set = std::ranges::count(catalogue, word, &datasets::Entry::set) > 0;
     const bool pattern = word.find_first_of("*?[") != std::string::npos;
     const auto files = pattern ? glob_files(word) : std::vector<fs::path>{};
-    if (entry != catalogue.end()) {
+    if (entry == catalogue.end() && set) {
+      for (const auto& one : catalogue)
+        if (one.set == word) objects.push_back(object_of_entry(one));
+    } else if (entry == catalogue.end() && fs::is_directory(word)) {
+      for (auto& object : objects_of_folder(word)) objects.push_back(std::move(object));
+    } else if (entry != catalogue.end()) {
       objects.push_back(object_of_entry(*entry));
     } else if (pattern && !files.empty()) {
       for (const auto& file : files)

@@ -4,6 +4,7 @@
 
 #include "pipeline/settings.h"
 #include "stages/accuracy/accuracy.h"
+#include "stages/agreement/agreement.h"
 #include "stages/approach/approach.h"
 #include "stages/balls/balls.h"
 #include "stages/cage/cage.h"
@@ -12,6 +13,7 @@
 #include "stages/evaluate/evaluate.h"
 #include "stages/field/field.h"
 #include "stages/import/import.h"
+#include "stages/noise/noise.h"
 #include "stages/occupancy/occupancy.h"
 #include "stages/place/place.h"
 #include "stages/reconstruct/reconstruct.h"
@@ -30,10 +32,12 @@ struct StageParameters {
   stages::ClearanceParams clearance;
   stages::ReconstructParams reconstruct;
   stages::RemeshParams remesh;
+  stages::NoiseParams noise;
   stages::AccuracyParams accuracy;
   stages::FieldParams field;
   stages::BallsParams balls;
   stages::ScoreParams score;
+  stages::AgreementParams agreement;
   stages::PlaceParams place;
   stages::ApproachParams approach;
   stages::EvaluateParams evaluate;
@@ -54,15 +58,19 @@ void for_each_stage(StageParameters& p, Visit visit) {
   visit("reconstruct", stages::reconstruct_stage.version, "a closed surface from oriented points",
         p.reconstruct);
   visit("remesh", stages::remesh_stage.version, "near-equilateral triangles of one size", p.remesh);
+  visit("noise", stages::noise_stage.version, "moves the mesh's vertices, to see what scores are worth",
+        p.noise);
   visit("accuracy", stages::accuracy_stage.version, "distances of a surface from the true one", p.accuracy);
   visit("field", stages::field_stage.version, "signed distance to the surface", p.field);
   visit("balls", stages::balls_stage.version, "geodesic ball of every vertex and what it says", p.balls);
   visit("score", stages::score_stage.version, "where to place a hand: winding angle, total curvature",
         p.score);
+  visit("agreement", stages::agreement_stage.version, "compares noisy scores with clean ones", p.agreement);
   visit("place", stages::place_stage.version, "places the hand at the best scores and closes it", p.place);
   visit("approach", stages::approach_stage.version, "plans the way to each grasp", p.approach);
   visit("evaluate", stages::evaluate_stage.version, "pushes the object in the closing hand", p.evaluate);
-  visit("cage", stages::cage_stage.version, "looks for ways out of the locked hand, without friction", p.cage);
+  visit("cage", stages::cage_stage.version, "looks for ways out of the locked hand, without friction",
+        p.cage);
 }
 
 std::vector<std::string> stage_names();

@@ -7,6 +7,8 @@
 #include <map>
 #include <set>
 
+#include <nlohmann/json.hpp>
+
 #include "hands/grasp.h"
 #include "reports/bootstrap.h"
 #include "reports/results.h"
@@ -25,6 +27,15 @@ Cell number(double x) {
   return std::isfinite(x) ? Cell(x) : Cell();
 }
 
+/// Metrics of `agreement`; columns with "agreement_" before them.
+constexpr const char* agreement_measures[] = {
+    "winding_rank_correlation",   "winding_top_overlap",   "winding_drift_m",   "winding_drift_radii",
+    "curvature_rank_correlation", "curvature_top_overlap", "curvature_drift_m", "curvature_drift_radii"};
+
+bool compares_scores(const Flow& flow) {
+  return std::ranges::any_of(flow.pairs, [](const FlowPair& pair) { return !pair.agreement_slot.empty(); });
+}
+
 /// A level as a number where it is one.
 Cell level_cell(const std::string& text) {
   double x = 0;
@@ -40,6 +51,20 @@ std::string lost_at(const FlowPair& pair, const std::map<std::string, const Slot
     if (it != slots.end() && it->second->state == pipeline::SlotState::failed) return it->second->stage;
   }
   return "";
+}
+
+/// Whether the run was to test it; `--until place` tests nothing.
+bool tested(const FlowPair& pair, const std::map<std::string, const SlotResult*>& slots) {
+  return pair.evaluate_slot.empty() || slots.contains(pair.evaluate_slot);
+}
+
+/// Whether score found no place for a hand.
+bool without_candidates(const SlotResult* score) {
+  double candidates = 0;
+  if (score)
+    for (const auto& [name, value] : score->metrics)
+      if (name.ends_with("_candidates") && !name.ends_with("_far_candidates")) candidates += value;
+  return score && candidates == 0;
 }
 
 /// Columns of a grasp: its scores and what became of it.
@@ -88,13 +113,44 @@ class PairRows {
     common_["hand"] = pair.hand;
     common_["variant"] = pair.object.substr(pair.base.size());
     common_["pair_outcome"] = std::string(word(result.outcome));
-    common_["lost_at"] = result.outcome == PairOutcome::rejected ? "place" : lost_at(pair, slots);
+    common_["lost_at"] = stage_of_loss(result.outcome);
     common_["sentence"] = result.sentence;
-    common_["held"] = 0.0;
+    if (tested(pair, slots)) common_["held"] = 0.0;
     for (const auto& [name, value] : pair.levels) common_[name] = level_cell(value);
+    const auto agreement = slots.find(pair.agreement_slot);
+    if (agreement == slots.end()) return;
+    for (const char* name : agreement_measures)
+      if (const auto it = agreement->second->metrics.find(name); it != agreement->second->metrics.end())
+        common_[std::string("agreement_") + name] = number(it->second);
   }
 
+  /// Every row says at which stage the pair's best grasp was lost.
   std::vector<Row> rows() const {
+    std::vector<Row> all = grasp_rows();
+    std::string lost = text_of(all.front().at("lost_at"));
+    const auto is = [&](const char* column, const char* word) {
+      return text_of(all.front()[column]) == word;
+    };
+    if (lost.empty() && tested(pair_, slots_) && !is("outcome", "held"))
+      lost = is("approach_outcome", "planned") ? "evaluate" : "approach";
+    for (Row& row : all) row["best_lost_at"] = lost;
+    return all;
+  }
+
+ private:
+  static std::string text_of(const Cell& cell) {
+    const auto* text = std::get_if<std::string>(&cell);
+    return text ? *text : "";
+  }
+
+  std::string stage_of_loss(PairOutcome outcome) const {
+    if (outcome == PairOutcome::skipped) return "skipped";
+    if (outcome != PairOutcome::rejected) return lost_at(pair_, slots_);
+    const auto score = slots_.find(pair_.score_slot);
+    return without_candidates(score == slots_.end() ? nullptr : score->second) ? "score" : "place";
+  }
+
+  std::vector<Row> grasp_rows() const {
     const fs::path place = folder_of(pair_.place_slot);
     if (place.empty()) return {common_};
     const auto set = hands::read_grasps(place / "grasps.json");
@@ -118,7 +174,6 @@ class PairRows {
     return rows.empty() ? std::vector<Row>{common_} : rows;
   }
 
- private:
   fs::path folder_of(const std::string& slot) const {
     const auto it = slots_.find(slot);
     return it == slots_.end() ? fs::path() : it->second->folder;
@@ -140,6 +195,10 @@ class Reader {
   }
   const Cell& cell(const std::vector<Cell>& row, const std::string& name) const {
     return row[place_.at(name)];
+  }
+  /// False where nothing was tested.
+  bool tested(const std::vector<Cell>& row) const {
+    return std::holds_alternative<double>(cell(row, "held"));
   }
   double held(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held")); }
   /// The pair's best grasp, or the row that says that it has none.
@@ -182,7 +241,10 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
 
   Table table{"grasps", {"object", "hand", "variant"}, {}};
   table.columns.insert(table.columns.end(), flow.swept.begin(), flow.swept.end());
-  for (const char* name : {"pair_outcome", "lost_at", "sentence", "grasp", "heuristic", "force_closure"})
+  if (compares_scores(flow))
+    for (const char* name : agreement_measures) table.columns.push_back(std::string("agreement_") + name);
+  for (const char* name :
+       {"pair_outcome", "lost_at", "best_lost_at", "sentence", "grasp", "heuristic", "force_closure"})
     table.columns.emplace_back(name);
   std::set<std::string> scores;
   for (const auto& row : rows)
@@ -207,6 +269,7 @@ Table rate_table(const Flow& flow, const Table& grasps) {
   keys.insert(keys.begin(), "hand");
   std::map<std::pair<std::string, std::vector<Cell>>, ByObject> cases;
   for (const auto& row : grasps.rows) {
+    if (!read.tested(row)) continue;
     const auto key = read.cells(row, keys);
     cases[{"grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
     if (read.best(row)) cases[{"best grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
@@ -248,7 +311,7 @@ Table paired_table(const Flow& flow, const Table& grasps) {
     std::vector<Cell> levels;  // in the flow's order
     std::map<std::vector<Cell>, std::map<Cell, double>> trials;
     for (const auto& row : grasps.rows) {
-      if (!read.best(row)) continue;
+      if (!read.best(row) || !read.tested(row)) continue;
       const Cell& level = read.cell(row, setting);
       if (std::ranges::find(levels, level) == levels.end()) levels.push_back(level);
       trials[read.cells(row, keys)][level] = read.held(row);
@@ -275,6 +338,87 @@ Table paired_table(const Flow& flow, const Table& grasps) {
   return table;
 }
 
+Table loss_table(const Flow& flow, const Table& grasps) {
+  const Reader read(grasps);
+  auto keys = settings_of(flow);
+  keys.insert(keys.begin(), "hand");
+  keys.emplace_back("best_lost_at");
+  std::map<std::vector<Cell>, double> pairs;
+  for (const auto& row : grasps.rows)
+    if (read.best(row) && read.tested(row)) ++pairs[read.cells(row, keys)];
+  keys.emplace_back("pairs");
+  Table table{"losses", keys, {}};
+  for (const auto& [key, count] : pairs) {
+    table.rows.push_back(key);
+    table.rows.back().emplace_back(count);
+  }
+  return table;
+}
+
+Table agreement_table(const Flow& flow, const Table& grasps) {
+  auto keys = settings_of(flow);
+  keys.insert(keys.begin(), "hand");
+  Table table{"agreement", {"measure"}, {}};
+  table.columns.insert(table.columns.end(), keys.begin(), keys.end());
+  for (const char* name : {"objects", "pairs", "mean", "bootstrap_low", "bootstrap_high"})
+    table.columns.emplace_back(name);
+  if (!compares_scores(flow)) return table;
+  const Reader read(grasps);
+  for (const char* measure : agreement_measures) {
+    std::map<std::vector<Cell>, ByObject> cases;
+    for (const auto& row : grasps.rows)
+      if (const auto* value = std::get_if<double>(&read.cell(row, std::string("agreement_") + measure));
+          value && read.best(row))
+        cases[read.cells(row, keys)][read.cell(row, "object")].push_back(*value);
+    for (const auto& [key, objects] : cases) {
+      std::size_t pairs = 0;
+      for (const auto& [object, values] : objects) pairs += values.size();
+      const auto mean = reports::bootstrap_over_groups(groups_of(objects));
+      auto& row = table.rows.emplace_back();
+      row.emplace_back(measure);
+      row.insert(row.end(), key.begin(), key.end());
+      for (double x : {double(objects.size()), double(pairs), mean.mean, mean.low, mean.high})
+        row.emplace_back(x);
+    }
+  }
+  return table;
+}
+
+Table slot_table(const RunSummary& summary) {
+  Table table{"slots", {"slot", "stage", "state", "code", "sentence", "made_s", "peak_memory_gib"}, {}};
+  for (const auto& slot : summary.slots)
+    table.rows.push_back({slot.slot, slot.stage, std::string(pipeline::word(slot.state)), slot.code,
+                          slot.sentence, number(slot.made_seconds), number(slot.peak_memory_gib)});
+  return table;
+}
+
+namespace {
+
+nlohmann::json to_json(const Cell& cell) {
+  if (const auto* x = std::get_if<double>(&cell)) return *x;
+  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
+  return nullptr;
+}
+
+/// The small tables, for whoever draws curves.
+void write_summary(const Flow& flow, const std::vector<Table>& tables, const fs::path& file) {
+  nlohmann::ordered_json json = {{"schema", "geocage-results 1"}, {"flow", flow.name}, {"swept", flow.swept}};
+  for (const Table& table : tables) {
+    auto rows = nlohmann::json::array();
+    for (const auto& row : table.rows) {
+      auto& cells = rows.emplace_back(nlohmann::json::array());
+      for (const Cell& cell : row) cells.push_back(to_json(cell));
+    }
+    json["tables"][table.name] = {{"columns", table.columns}, {"rows", rows}};
+  }
+  std::ofstream out(file, std::ios::binary);
+  out << json.dump(1) << "\n";
+  out.close();
+  if (!out) throw std::system_error(EIO, std::generic_category(), file.string());
+}
+
+}  // namespace
+
 fs::path write_results(const Flow& flow, const RunSummary& summary, const fs::path& folder) {
   const Table grasps = grasp_table(flow, summary);
   const fs::path csv = folder / "results.csv";
@@ -283,7 +427,12 @@ fs::path write_results(const Flow& flow, const RunSummary& summary, const fs::pa
   out << csv_text(grasps);
   out.close();
   if (!out) throw std::system_error(EIO, std::generic_category(), csv.string());
-  write_database({grasps, rate_table(flow, grasps), paired_table(flow, grasps)}, folder / "results.sqlite");
+  std::vector<Table> tables = {rate_table(flow, grasps), paired_table(flow, grasps), loss_table(flow, grasps),
+                               agreement_table(flow, grasps)};
+  write_summary(flow, tables, folder / "results.json");
+  tables.push_back(grasps);
+  tables.push_back(slot_table(summary));
+  write_database(tables, folder / "results.sqlite");
   return csv;
 }
 

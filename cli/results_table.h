@@ -18,7 +18,18 @@ Table rate_table(const Flow& flow, const Table& grasps);
 /// other levels: the mean difference of "best grasp held".
 Table paired_table(const Flow& flow, const Table& grasps);
 
-/// results.csv, and results.sqlite with the tables grasps, rates and paired; answers the CSV.
+/// Of every hand and combination of levels but seeds: how many pairs lost their best grasp at which stage.
+Table loss_table(const Flow& flow, const Table& grasps);
+
+/// Of every hand and combination of levels but seeds: means of how scores agree with the reference's, and
+/// their bootstrap over objects. No rows where the flow compares nothing.
+Table agreement_table(const Flow& flow, const Table& grasps);
+
+/// Every slot of the run: state, failure, seconds and peak memory when it was made.
+Table slot_table(const RunSummary& summary);
+
+/// results.csv, results.json (all tables but grasps and slots), and results.sqlite with all of them; answers
+/// the CSV.
 std::filesystem::path write_results(const Flow& flow, const RunSummary& summary,
                                     const std::filesystem::path& folder);
 

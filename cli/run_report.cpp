@@ -103,6 +103,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary, const
     shown.sentence = result.sentence;
     shown.source = pair.source;
     shown.truth_known = pair.truth_known;
+    shown.drawn = static_cast<int>(i) < options.pictures;
     shown.up_O = pair.up_O;
     shown.cloud = folder_of(slots, pair.object + "/cloud");
     shown.scores = folder_of(slots, pair.score_slot);
@@ -139,7 +140,8 @@ std::string stamp_of(const reports::ReportInput& input) {
   std::ostringstream text;
   text << "geocage-report 4 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
   for (const auto& pair : input.pairs)
-    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.sentence << "\n";
+    text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.drawn << " "
+         << pair.sentence << "\n";
   for (const auto& slot : input.slots)
     text << slot.slot << " " << slot.folder.filename().string() << " " << slot.made_seconds << " "
          << slot.sentence << "\n";

@@ -33,14 +33,17 @@ RunSummary summarise(const Flow& flow, std::vector<pipeline::SlotResult> slots);
 struct ReportOptions {
   std::vector<pipeline::Failure> failures;
   bool single_file = false;
+  int pictures = 200;  ///< so many pairs are drawn at most, the first ones
 };
 
-/// Writes the report into `folder` unless the one there shows the same; answers its index.html, or report.html
-/// for a single file. UserError (configuration) for a single file when the pages' scripts were not built.
+/// Writes the report into `folder` unless the one there shows the same; answers its index.html, or
+/// report.html for a single file. UserError (configuration) for a single file when the pages' scripts were
+/// not built.
 std::filesystem::path write_run_report(const Flow& flow, const RunSummary& summary,
                                        const std::filesystem::path& folder, const ReportOptions& options);
 
-/// The folder of the pages' scripts: that in the environment variable GEOCAGE_VIEWER, else the one of the build.
+/// The folder of the pages' scripts: that in the environment variable GEOCAGE_VIEWER, else the one of the
+/// build.
 std::filesystem::path viewer_folder();
 
 }  // namespace geocage::cli

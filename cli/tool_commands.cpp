@@ -40,6 +40,27 @@ geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit
   return mesh;
 }
 
+/// A tool's work on a foreign mesh is a worker's, as a slot's is.
+pipeline::WorkerLimits tool_limits() {
+  return {.seconds = 3600,
+          .memory_gib = 4,
+          .threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency())),
+          .subject = "the work on it",
+          .hint = "a mesh with fewer triangles takes less"};
+}
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+}
+
 /// Writes beside and renames, so that a file is whole or not there.
 void write_whole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
   const fs::path beside =
@@ -82,27 +103,36 @@ int score(const Shared& shared, const ScoreOptions& options) {
                     "the file must end in .ply or .csv");
   if (options.out.has_parent_path() && !fs::is_directory(options.out.parent_path()))
     throw UserError(Fault::configuration, "--out " + options.out.string(), "its folder is not there");
-  const auto mesh = closed_mesh(options.mesh, options.unit);
-  const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
-  const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
-
-  if (kind == ".ply")
-    write_whole(options.out, [&](const fs::path& file) { geometry::write_ply(file, mesh, fields_of(ball)); });
-  if (kind == ".csv")
-    write_whole(options.out, [&](const fs::path& file) {
-      std::ofstream out(file);
-      out << csv_of(mesh, ball);
-      if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-    });
+  const std::string name = kind == ".ply" ? "scores.ply" : "scores.csv";
+  std::size_t vertices = 0;
+  std::string csv;
+  const auto work = [&](const fs::path& folder) {
+    const auto mesh = closed_mesh(options.mesh, options.unit);
+    const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
+    const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
+    std::ofstream(folder / "vertices") << mesh.vertices.size();
+    if (kind == ".ply")
+      geometry::write_ply(folder / name, mesh, fields_of(ball));
+    else
+      write_text(folder / name, csv_of(mesh, ball));
+  };
+  const auto collect = [&](const fs::path& folder) {
+    std::ifstream(folder / "vertices") >> vertices;
+    if (!options.out.empty())
+      write_whole(options.out, [&](const fs::path& file) { fs::copy_file(folder / name, file); });
+    else
+      csv = text_of(folder / name);
+  };
+  pipeline::run_contained(tool_limits(), options.mesh.string(), work, collect);
   if (shared.json)
     fmt::print("{}\n", json{{"schema", "geocage-score 1"},
-                            {"vertices", mesh.vertices.size()},
+                            {"vertices", vertices},
                             {"radius_m", options.radius_m},
                             {"metric", options.metric},
                             {"out", options.out.empty() ? json() : json(options.out.string())}}
                            .dump(2));
   else if (options.out.empty())
-    fmt::print("{}", csv_of(mesh, ball));
+    fmt::print("{}", csv);
   return 0;
 }
 

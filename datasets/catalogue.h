@@ -7,13 +7,20 @@
 
 namespace geocage::datasets {
 
-/// A public object or scan: a file of a Debian package, known by its bytes.
+/// A public object or scan, known by its bytes: a file of a Debian package, of an npm package or at an
+/// address; or a shape that is made from a formula.
 struct Entry {
   std::string name;
   std::string kind;              ///< "mesh" or "cloud"
   std::string package, version;  ///< the version is where the bytes were seen; others may hold the same
+  std::string npm;               ///< npm package, of that very version
+  std::string url;               ///< https address of the file, or of a tar archive that holds `member`
+  std::string shape;             ///< see make_shape (datasets/shapes.h)
+  std::vector<double> size_m;    ///< of the shape
+  std::string set;               ///< flows may name all entries of a set by one word
   std::string path;              ///< inside the package, without a leading slash
-  std::string member;            ///< when `path` is a tar archive: the file inside it
+  std::string member;            ///< when `path` (or what lies at `url`) is a tar archive: the file inside it
+  std::string convert = "none";  ///< "javascript": a file of `positions = [[x, y, z], ...]` and `cells`
   std::string sha256, licence;
   std::string unit = "m";        ///< as unit_factor (geometry/mesh_files.h) reads it
   std::string scene = "object";  ///< "object", or "table": the object stands on one, with others around it
@@ -27,8 +34,9 @@ struct Entry {
 /// The entries of a catalogue file, by name. UserError (configuration) with all mistakes at once, each with
 /// its place.
 std::vector<Entry> load_catalogue(const std::filesystem::path& file);
-/// The project's own catalogue: datasets/catalogue.toml of the source tree, or of the folder in env
-/// GEOCAGE_DATA.
+/// The project's own catalogue (datasets/catalogue.toml of the source tree, or of the folder in env
+/// GEOCAGE_DATA), and behind it the entries of the file in env GEOCAGE_CATALOGUE, if that is set; a name that
+/// both have is a UserError (configuration).
 std::vector<Entry> load_catalogue();
 /// UserError (configuration) for an unknown name; it tells the nearest one.
 const Entry& find_entry(const std::vector<Entry>& catalogue, const std::string& name);
@@ -45,8 +53,9 @@ enum class Presence {
 /// What was found of an entry.
 struct Availability {
   Presence presence = Presence::unavailable;
-  std::filesystem::path file;  ///< `folder/SHA256/NAME`; holds the right bytes if `have` or `fetched`
-  std::string reason;          ///< one sentence, empty if `have` or `fetched`
+  /// `folder/SHA256/NAME`; holds the right bytes if `have` or `fetched`. Of a shape: `folder/shapes/...`.
+  std::filesystem::path file;
+  std::string reason;  ///< one sentence, empty if `have` or `fetched`
 };
 
 /// Looks for the file and reads it through. std::system_error when a file that is there can't be read.
@@ -55,8 +64,9 @@ Availability check(const Entry& entry, const std::filesystem::path& folder);
 struct FetchLimits {
   double download_s = 120, unpack_s = 60;
 };
-/// The file, brought with `apt-get download` and `dpkg-deb -x` (no root, nothing installed) when it isn't
-/// there. It arrives by one rename, after its bytes were found right; two processes at once do no harm.
+/// The file, brought with `apt-get download` and `dpkg-deb -x` (no root, nothing installed), `npm pack` or
+/// `curl` when it isn't there; a shape is made. It arrives by one rename, after its bytes were found right;
+/// two processes at once do no harm.
 Availability get(const Entry& entry, const std::filesystem::path& folder, const FetchLimits& limits = {});
 
 }  // namespace geocage::datasets

@@ -4,7 +4,12 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <utility>
+
+#include <fmt/format.h>
+
+#include "pipeline/error.h"
 
 namespace geocage::datasets {
 
@@ -72,6 +77,29 @@ double chord_m(double radius_m, int around) {
   return 2 * radius_m * std::sin(pi / around);
 }
 
+/// Points of the circle around (0, z) from one angle to another (0: away from the axis, pi / 2: up), without
+/// the first; at most `spacing_m` apart.
+Profile arc(double z_m, double radius_m, double from, double to, double spacing_m) {
+  const int steps = std::max(2, static_cast<int>(std::ceil(std::abs(to - from) * radius_m / spacing_m)));
+  Profile points;
+  for (int k = 1; k <= steps; ++k) {
+    const double angle = from + (to - from) * k / steps;
+    const double r = k == steps && std::abs(std::abs(to) - pi / 2) < 1e-12 ? 0 : radius_m * std::cos(angle);
+    points.push_back({r, z_m + radius_m * std::sin(angle)});
+  }
+  return points;
+}
+
+void append(Profile& profile, const Profile& more) {
+  profile.insert(profile.end(), more.begin(), more.end());
+}
+
+/// Straight on to a point, without the last one of `profile`.
+void straight_to(Profile& profile, const ProfilePoint& end, double spacing_m) {
+  const Profile line = refined({profile.back(), end}, spacing_m);
+  profile.insert(profile.end(), line.begin() + 1, line.end());
+}
+
 /// Each triangle into four, at the middles of its edges.
 TriangleMesh quartered(const TriangleMesh& coarse) {
   TriangleMesh fine{coarse.vertices, {}};
@@ -92,6 +120,36 @@ TriangleMesh quartered(const TriangleMesh& coarse) {
 
 TriangleMesh scaled(TriangleMesh mesh, double factor) {
   for (Vec3& v : mesh.vertices) v *= factor;
+  return mesh;
+}
+
+/// The surface of a set of unit cells, scaled: each face between a cell and no cell becomes two triangles.
+TriangleMesh cell_surface(const std::set<Triangle>& cells, double cell_m) {
+  TriangleMesh mesh;
+  std::map<Triangle, int> ids;
+  const auto vertex = [&](const Triangle& node) {
+    const auto [entry, fresh] = ids.try_emplace(node, static_cast<int>(mesh.vertices.size()));
+    if (fresh) mesh.vertices.push_back(Vec3(node[0], node[1], node[2]) * cell_m);
+    return entry->second;
+  };
+  for (const Triangle& cell : cells)
+    for (int axis = 0; axis < 3; ++axis)
+      for (int side : {0, 1}) {
+        Triangle other = cell;
+        other[axis] += side == 1 ? 1 : -1;
+        if (cells.contains(other)) continue;
+        const auto corner = [&](int di, int dj) {
+          Triangle node = cell;
+          node[axis] += side;
+          node[(axis + 1) % 3] += di;
+          node[(axis + 2) % 3] += dj;
+          return vertex(node);
+        };
+        int a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
+        if (side == 0) std::swap(b, d);
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({a, c, d});
+      }
   return mesh;
 }
 
@@ -236,6 +294,94 @@ TriangleMesh cup(double radius_m, double height_m, double wall_m, int around) {
   const Profile corners{{0, 0},           {radius_m, 0}, {radius_m, height_m}, {inside, height_m},
                         {inside, wall_m}, {0, wall_m}};
   return revolve(refined(corners, chord_m(radius_m, around)), around, Ends::apart);
+}
+
+TriangleMesh dumbbell(double ball_radius_m, double bar_radius_m, double apart_m, int around) {
+  const double spacing = chord_m(ball_radius_m, around), middle = apart_m / 2;
+  const double meet = std::acos(bar_radius_m / ball_radius_m);  // angle at which bar and ball meet
+  Profile profile = {{0, -middle - ball_radius_m}};
+  append(profile, arc(-middle, ball_radius_m, -pi / 2, meet, spacing));
+  straight_to(profile, {bar_radius_m, middle - ball_radius_m * std::sin(meet)}, spacing);
+  append(profile, arc(middle, ball_radius_m, -meet, pi / 2, spacing));
+  return revolve(profile, around, Ends::apart);
+}
+
+TriangleMesh knobbed_cylinder(double radius_m, double height_m, double neck_radius_m, double neck_m,
+                              double knob_radius_m, int around) {
+  const double spacing = chord_m(radius_m, around);
+  const double meet = std::acos(neck_radius_m / knob_radius_m), top = height_m + neck_m;
+  Profile profile =
+      refined({{0, 0}, {radius_m, 0}, {radius_m, height_m}, {neck_radius_m, height_m}, {neck_radius_m, top}},
+              spacing);
+  append(profile, arc(top + knob_radius_m * std::sin(meet), knob_radius_m, -meet, pi / 2, spacing));
+  return revolve(profile, around, Ends::apart);
+}
+
+TriangleMesh bowl(double radius_m, double wall_m, int around) {
+  const double spacing = chord_m(radius_m, around), inside = radius_m - wall_m;
+  Profile profile = {{0, -radius_m}};
+  append(profile, arc(0, radius_m, -pi / 2, 0, spacing));
+  straight_to(profile, {inside, 0}, spacing);
+  append(profile, arc(0, inside, 0, -pi / 2, spacing));
+  return revolve(profile, around, Ends::apart);
+}
+
+TriangleMesh ring_on_bar(double cell_m) {
+  std::set<Triangle> cells;
+  for (int y : {-1, 0}) {
+    for (int x = -5; x < 5; ++x)
+      for (int z = 0; z < 10; ++z)
+        if (x < -3 || x >= 3 || z < 2 || z >= 8) cells.insert({x, y, z});
+    for (int x : {-1, 0})
+      for (int z = -16; z < 0; ++z) cells.insert({x, y, z});
+  }
+  return cell_surface(cells, cell_m);
+}
+
+TriangleMesh make_shape(const std::string& name, const std::vector<double>& size_m) {
+  constexpr int around = 64;
+  const auto refuse = [&](const std::string& sentence, const std::string& hint = "") {
+    throw pipeline::UserError(pipeline::Fault::configuration, name, sentence, hint);
+  };
+  const std::map<std::string, std::size_t> shapes = {
+      {"sphere", 1},           {"torus", 2},       {"cylinder", 2}, {"cup", 3}, {"bowl", 2}, {"dumbbell", 3},
+      {"knobbed_cylinder", 5}, {"ring_on_bar", 1}, {"box", 3}};
+  std::string names;
+  for (const auto& [known, count] : shapes) names += (names.empty() ? "" : ", ") + known;
+  const auto shape = shapes.find(name);
+  if (shape == shapes.end()) refuse("shape: there is no shape '" + name + "'", "known: " + names);
+  if (size_m.size() != shape->second)
+    refuse(fmt::format("size_m: a {} has {} sizes, not {}", name, shape->second, size_m.size()));
+  if (!std::ranges::all_of(size_m, [](double x) { return std::isfinite(x) && x > 0; }))
+    refuse("size_m: every size must be above 0");
+  const auto& s = size_m;
+  const auto ask = [&](bool right, const char* rule) {
+    if (!right) refuse(std::string("size_m: ") + rule);
+  };
+  if (name == "sphere") return icosphere(s[0], 4);
+  if (name == "ring_on_bar") return ring_on_bar(s[0]);
+  if (name == "box") return box({s[0], s[1], s[2]}, 12);
+  if (name == "cylinder") return capped_cylinder(s[0], s[1], around);
+  if (name == "torus") {
+    ask(s[1] < s[0], "the tube must be thinner than the ring");
+    return torus(s[0], s[1], 2 * around, around / 2);
+  }
+  if (name == "cup") {
+    ask(s[2] < s[0] && s[2] < s[1], "the wall must be thinner than the cup");
+    return cup(s[0], s[1], s[2], around);
+  }
+  if (name == "bowl") {
+    ask(s[1] < s[0], "the wall must be thinner than the bowl");
+    return bowl(s[0], s[1], around);
+  }
+  if (name == "dumbbell") {
+    ask(s[1] < s[0], "the bar must be thinner than the balls");
+    ask(s[2] > 2 * std::sqrt(s[0] * s[0] - s[1] * s[1]),
+        "the balls must be farther apart than they meet the bar");
+    return dumbbell(s[0], s[1], s[2], around);
+  }
+  ask(s[2] < s[0] && s[2] < s[4], "the neck must be thinner than the cylinder and the knob");
+  return knobbed_cylinder(s[0], s[1], s[2], s[3], s[4], around);
 }
 
 }  // namespace geocage::datasets

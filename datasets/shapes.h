@@ -1,4 +1,7 @@
 #pragma once
+#include <string>
+#include <vector>
+
 #include "geometry/mesh.h"
 
 namespace geocage::datasets {
@@ -44,5 +47,30 @@ TriangleMesh flat_grid(double side_m, int cells);
 /// A mug without its handle: bottom at z = 0, wall and bottom `wall_m` thick; closed, of genus 0.
 /// The polyhedron itself has V = n/2 sin(2 pi/n) (r^2 h - (r - w)^2 (h - w)).
 TriangleMesh cup(double radius_m, double height_m, double wall_m, int around);
+
+/// Two balls of radius R with centres `apart_m` apart along z, joined by a bar of radius r < R. With
+/// d = sqrt(R^2 - r^2) and the cap C = pi (R - d)^2 (2 R + d) / 3 that each ball loses,
+/// V = 2 (4/3 pi R^3 - C) + pi r^2 (apart - 2 d). Genus 0, a waist. Precondition: apart > 2 d.
+TriangleMesh dumbbell(double ball_radius_m, double bar_radius_m, double apart_m, int around);
+
+/// A cylinder (radius R, height h, bottom at z = 0) with a neck (radius r < R, length n) on its top that ends
+/// in a ball (radius k > r). V = pi R^2 h + pi r^2 n + 4/3 pi k^3 - C, with the cap C of k and r as above.
+/// Genus 0, a knob.
+TriangleMesh knobbed_cylinder(double radius_m, double height_m, double neck_radius_m, double neck_m,
+                              double knob_radius_m, int around);
+
+/// Half a hollow ball with a flat rim, open upwards; lowest point at z = -R. V = 2/3 pi (R^3 - (R - w)^3).
+/// Genus 0.
+TriangleMesh bowl(double radius_m, double wall_m, int around);
+
+/// A square ring in the plane y = 0 on a bar along -z, both of square section, made of cubes: the ring's
+/// outer side is 10 cells, its hole 6, its section 2 x 2; the bar is 16 cells long. V = 192 cell^3, genus 1.
+TriangleMesh ring_on_bar(double cell_m);
+
+/// A shape by its name and sizes, as the catalogue gives them: `sphere` r, `torus` R r, `cylinder` r h, `cup`
+/// r h w, `dumbbell` R r apart, `knobbed_cylinder` R h r n k, `bowl` R w, `ring_on_bar` cell, `box` x y z; in
+/// metres, finely meshed. Errors: UserError (configuration) for an unknown name, another number of sizes, or
+/// sizes that give no such shape.
+TriangleMesh make_shape(const std::string& name, const std::vector<double>& size_m);
 
 }  // namespace geocage::datasets

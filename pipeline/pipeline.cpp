@@ -65,6 +65,7 @@ class NotingRun : public Run {
  public:
   explicit NotingRun(const fs::path& folder) : folder_(folder), log_(folder / "log") {}
   void log(std::string_view sentence) override { log_ << sentence << "\n"; }
+  void progress(std::size_t done, std::size_t total) override { tell_how_far(done, total); }
   void finish() {
     log_.close();
     std::ofstream out(folder_ / "metrics");
@@ -228,30 +229,33 @@ void Pipeline::note(const Node& node, const std::string& recipe) const {
   store_.write_slot(node.slot, {key, *node.content, recipe, previous});
 }
 
-void Pipeline::make_contained(Node& node, Run& run, const fs::path& scratch, Watcher& watcher) {
+/// Answers the worker's peak memory [GiB].
+double Pipeline::make_contained(Node& node, Run& run, const fs::path& scratch, Watcher& watcher) {
   const auto work = [&](const fs::path& folder) {
     NotingRun noting(folder);
+    if (guard_->prepare) guard_->prepare();
     node.make(noting, scratch);
     noting.finish();
   };
-  run_contained(guard_->limits, node.slot, work,
-                [&](const fs::path& folder) { take_notes(folder, node.slot, run, watcher); });
+  const auto collect = [&](const fs::path& folder) { take_notes(folder, node.slot, run, watcher); };
+  const auto hear = [&](std::size_t done, std::size_t total) { run.progress(done, total); };
+  return run_contained(guard_->limits, node.slot, work, collect, hear).peak_memory_gib;
 }
 
 void Pipeline::make(Node& node, const std::string& recipe, Watcher& watcher) {
   WatchedRun run(watcher, node.slot);
   const auto start = Clock::now();
   const auto scratch = store_.scratch();
+  Record record;
   try {
     if (guard_)
-      make_contained(node, run, scratch, watcher);
+      record.peak_memory_gib = make_contained(node, run, scratch, watcher);
     else
       node.make(run, scratch);
   } catch (...) {
     std::filesystem::remove_all(scratch);
     throw;
   }
-  Record record;
   record.recipe = recipe;
   record.content = store_.publish(scratch);
   record.metrics = run.metrics();
@@ -270,6 +274,7 @@ void Pipeline::accept(Node& node, const Record& record, SlotState state) const {
   node.result.state = state;
   node.result.metrics = record.metrics;
   node.result.made_seconds = record.seconds;
+  node.result.peak_memory_gib = record.peak_memory_gib;
   node.result.folder = store_.folder(record.content);
 }
 

@@ -25,8 +25,9 @@ std::string_view word(SlotState state);
 struct SlotResult {
   std::string slot, stage;
   SlotState state = SlotState::skipped;
-  double seconds = 0;       ///< spent in this run
-  double made_seconds = 0;  ///< spent when it was made
+  double seconds = 0;          ///< spent in this run
+  double made_seconds = 0;     ///< spent when it was made
+  double peak_memory_gib = 0;  ///< of the worker that made it; 0: not known
   std::filesystem::path folder;
   std::map<std::string, double> metrics;
   std::string sentence;  ///< why it failed or was skipped
@@ -59,7 +60,8 @@ struct Wish {
 struct Guard {
   WorkerLimits limits;
   bool retry_failed = false;
-  std::string command;  ///< repeats a failure when " --force SLOT --only SLOT" is put after it
+  std::function<void()> prepare;  ///< called in each worker first: how many threads it may start
+  std::string command;            ///< repeats a failure when " --force SLOT --only SLOT" is put after it
 };
 
 /// What would become of a slot, and why.
@@ -83,7 +85,7 @@ struct Node {
   std::vector<Node*> inputs;
   std::function<void(Run&, const std::filesystem::path&)> make;  ///< computes the value and saves it there
   bool constant = false;
-  double memory_gib = 1;
+  double memory_gib = 0.25;
 
   std::optional<std::string> content;  ///< once settled
   SlotResult result;
@@ -142,7 +144,7 @@ class Pipeline {
   bool failed_before(Node& node, const std::string& key) const;
   void keep_failure(const Node& node, const std::string& key) const;
   Forecast forecast_of(Node& node, bool forced);
-  void make_contained(Node& node, Run& run, const std::filesystem::path& scratch, Watcher& watcher);
+  double make_contained(Node& node, Run& run, const std::filesystem::path& scratch, Watcher& watcher);
   void make(Node& node, const std::string& recipe, Watcher& watcher);
   void accept(Node& node, const Record& record, SlotState state) const;
   void note(const Node& node, const std::string& recipe) const;

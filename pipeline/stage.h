@@ -12,7 +12,9 @@ struct Stage {
   const char* name;
   int version;
   Out (*make)(const Params&, Run&, const In&...);
-  double memory_gib = 1;  ///< what it takes at most on usual input; so many run at once as the machine holds
+  /// What it takes at most on usual input (docs/measurements/sweeps.md); so many run at once as the machine
+  /// holds.
+  double memory_gib = 0.25;
 };
 
 template <class Out, class Params, class... In>

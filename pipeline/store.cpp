@@ -74,8 +74,8 @@ std::string number_text(double x) {
 std::string to_text(const Record& r) {
   std::string text = "geocage-record 1\ncontent " + r.content + "\n";
   for (const auto& [name, value] : r.metrics) text += "metric " + name + " = " + number_text(value) + "\n";
-  text += "seconds " + number_text(r.seconds) + "\nmade_at " + r.made_at + "\nhost " + r.host + "\nprogram " +
-          r.program + "\n\n" + r.recipe;
+  text += "seconds " + number_text(r.seconds) + "\npeak_memory_gib " + number_text(r.peak_memory_gib) +
+          "\nmade_at " + r.made_at + "\nhost " + r.host + "\nprogram " + r.program + "\n\n" + r.recipe;
   return text + "end\n";
 }
 
@@ -90,6 +90,7 @@ std::optional<Record> record_of(const std::string& text) {
   for (std::string word, line; head >> word && std::getline(head >> std::ws, line);) {
     if (word == "content") r.content = line;
     if (word == "seconds") r.seconds = std::stod(line);
+    if (word == "peak_memory_gib") r.peak_memory_gib = std::stod(line);
     if (word == "made_at") r.made_at = line;
     if (word == "host") r.host = line;
     if (word == "program") r.program = line;

@@ -13,6 +13,7 @@ struct Record {
   std::string recipe, content;
   std::map<std::string, double> metrics;
   double seconds = 0;
+  double peak_memory_gib = 0;  ///< of the worker; 0: not known
   std::string made_at, host, program;
 
   std::string key() const;  ///< SHA-256 of the recipe

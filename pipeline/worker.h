@@ -33,14 +33,25 @@ class WorkerLost : public UserError {
   Loss loss_;
 };
 
+/// What a worker took.
+struct WorkerUse {
+  double peak_memory_gib = 0;  ///< most that was resident at once, with what it shares with this process
+};
+
+/// Hears how far a worker is.
+using HowFar = std::function<void(std::size_t done, std::size_t total)>;
+/// In a worker: tells the process that waits for it, ten times a second at most; elsewhere nothing.
+void tell_how_far(std::size_t done, std::size_t total);
+
 /// Runs `work(folder)` in a child process with an empty scratch folder, then `collect(folder)` here. A crash,
 /// a hang or running out of memory there is a WorkerLost here, naming `where`; a UserError or a
-/// std::system_error thrown there is thrown here. The child is a fork: `work` may call readers that this
-/// process never calls itself (assimp, PCL files); it may use OpenMP or TBB only when this process never did.
-/// The child dies with its parent.
-void run_contained(const WorkerLimits& limits, const std::string& where,
-                   const std::function<void(const std::filesystem::path&)>& work,
-                   const std::function<void(const std::filesystem::path&)>& collect);
+/// std::system_error thrown there is thrown here. `hear` gets what `work` gives to tell_how_far. The child is
+/// a fork: `work` may call readers that this process never calls itself (assimp, PCL files); it may use
+/// OpenMP or TBB only when this process never did. The child dies with its parent.
+WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
+                        const std::function<void(const std::filesystem::path&)>& work,
+                        const std::function<void(const std::filesystem::path&)>& collect,
+                        const HowFar& hear = {});
 
 /// The value of `make()`, made in a worker process.
 template <Artefact T>

@@ -235,7 +235,8 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
     pairs.push_back(load_pair(input.pairs[i]));
     const std::string prefix =
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
-    figures.push_back(draw_pair(pairs[i], input.hands, pictures, prefix));
+    figures.push_back(input.pairs[i].drawn ? draw_pair(pairs[i], input.hands, pictures, prefix)
+                                           : std::vector<Figure>{});
   }
   std::string scenes;
   for (std::size_t i = 0; i < input.scenes.size(); ++i)

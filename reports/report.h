@@ -24,6 +24,7 @@ struct PairInput {
   std::string outcome;       ///< "done", "failed", "rejected" or "skipped"
   std::string sentence;      ///< why, unless done
   std::string source;        ///< where the object comes from: package and licence, or file
+  bool drawn = true;         ///< with pictures
   bool truth_known = false;  ///< the object's file is its true surface; else it is a scan
   geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< of pictures, where the cloud knows no table
   std::filesystem::path cloud, scores, grasps, trajectories, evaluations, cages;

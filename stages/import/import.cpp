@@ -24,6 +24,7 @@ using pipeline::UserError;
 
 void ImportParams::visit(pipeline::Fields& f) {
   f("unit", unit, {}, "unit of the file: m, cm, mm, inch, or metres per unit");
+  f("scale", scale, {0.01, 100}, "makes the object larger or smaller, after its unit");
   f("timeout_s", timeout_s, {0.1, 3600}, "how long the reader may take");
   f("memory_gib", memory_gib, {0.1, 64}, "how much memory the reader may take");
   f("repair", repair, {"repair", "check", "none"},
@@ -79,7 +80,7 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, const Po
     std::vector<std::vector<int>> pieces = {cluster};
     if (by_shape)
       pieces =
-          convex_parts(cloud, cluster, table, {params.patch_m, params.concavity_deg, params.part_points});
+          parts_by_shape(cloud, cluster, table, {params.patch_m, params.concavity_deg, params.part_points});
     parts.insert(parts.end(), pieces.begin(), pieces.end());
   }
   std::sort(parts.begin(), parts.end(),
@@ -156,7 +157,7 @@ TriangleMesh solid_of(const ImportParams& params, pipeline::Run& run, TriangleMe
 }  // namespace
 
 TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
-  const double scale = geometry::unit_factor(params.unit);
+  const double scale = geometry::unit_factor(params.unit) * params.scale;
   auto mesh = pipeline::contained<TriangleMesh>(limits_of(params), file.path.string(),
                                                 [&] { return geometry::read_mesh(file.path, scale); });
   const bool turned = geometry::orient_outward(mesh);
@@ -174,7 +175,7 @@ TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const g
 }
 
 Scene find_scene(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
-  const double scale = geometry::unit_factor(params.unit);
+  const double scale = geometry::unit_factor(params.unit) * params.scale;
   const std::string name = file.path.string();
   Scene scene;
   scene.cloud = pipeline::contained<PointCloud>(limits_of(params), name,

@@ -9,6 +9,7 @@ namespace geocage::stages {
 
 struct ImportParams {
   std::string unit = "m";
+  double scale = 1;
   double timeout_s = 10;
   double memory_gib = 4;
   std::string repair = "repair";
@@ -54,9 +55,9 @@ geometry::PointCloud import_part(const PartParams& params, pipeline::Run& run, c
 geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run,
                                   const geometry::SourceFile& file);
 
-inline constexpr pipeline::Stage import_mesh_stage{"import", 3, &import_mesh, 3.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 3, &import_cloud};
-inline constexpr pipeline::Stage import_part_stage{"import", 3, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 2, &find_scene};
+inline constexpr pipeline::Stage import_mesh_stage{"import", 3, &import_mesh, 1.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 4, &import_cloud, 1.0};
+inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
+inline constexpr pipeline::Stage scene_stage{"scene", 3, &find_scene, 1.0};
 
 }  // namespace geocage::stages

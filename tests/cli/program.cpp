@@ -1,6 +1,7 @@
 #include "tests/cli/program.h"
 
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include <fcntl.h>
@@ -37,6 +38,18 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
+/// Direct children, of all its threads.
+std::vector<pid_t> children_of(pid_t process) {
+  std::vector<pid_t> found;
+  std::error_code gone;
+  const std::filesystem::path tasks = "/proc/" + std::to_string(process) + "/task";
+  for (std::filesystem::directory_iterator it(tasks, gone), end; !gone && it != end; it.increment(gone)) {
+    std::ifstream children(it->path() / "children");
+    for (pid_t child; children >> child;) found.push_back(child);
+  }
+  return found;
+}
+
 }  // namespace
 
 Ended geocage(const std::vector<std::string>& arguments, const std::vector<std::string>& environment) {
@@ -53,6 +66,22 @@ void geocage_killed(const std::vector<std::string>& arguments, int milliseconds)
   usleep(static_cast<useconds_t>(milliseconds) * 1000);
   kill(child, SIGKILL);
   waitpid(child, nullptr, 0);
+}
+
+Ended geocage_with_workers_killed(const std::vector<std::string>& arguments, int kills, int pause_ms,
+                                  unsigned seed) {
+  const ScratchFolder folder;
+  const pid_t program = start(arguments, {}, folder.path());
+  std::mt19937 random(seed);
+  int status = 0;
+  for (int killed = 0; waitpid(program, &status, WNOHANG) == 0;) {
+    usleep(1000 * std::uniform_int_distribution<useconds_t>(0, static_cast<useconds_t>(pause_ms))(random));
+    const auto children = children_of(program);
+    if (killed == kills || children.empty()) continue;
+    killed += kill(children[random() % children.size()], SIGKILL) == 0;
+  }
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"),
+          text_of(folder / "err")};
 }
 
 }  // namespace geocage::tests

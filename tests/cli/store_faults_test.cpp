@@ -1,5 +1,6 @@
 // What a run has published survives whatever happens to the process.
 #include <chrono>
+#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <random>
@@ -37,17 +38,41 @@ class StoreFaults : public testing::Test {
   std::filesystem::path flow_ = quick_flow(folder_);
 };
 
-TEST_F(StoreFaults, KilledAtTwentyRandomMoments) {
+/// $GEOCAGE_KILLS, or so many.
+int kills(int usual) {
+  const char* asked = std::getenv("GEOCAGE_KILLS");
+  return asked ? std::atoi(asked) : usual;
+}
+
+TEST_F(StoreFaults, KilledAtRandomMoments) {
   const auto start = std::chrono::steady_clock::now();
   const auto expected = contents("calm");
   const auto whole =
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - start);
   std::mt19937 random(3);
   std::uniform_int_distribution<int> moment(0, std::max(1, static_cast<int>(whole.count()) / 2));
-  for (int i = 0; i < 20; ++i) geocage_killed(arguments("killed"), moment(random));
+  for (int i = 0; i < kills(20); ++i) geocage_killed(arguments("killed"), moment(random));
   EXPECT_EQ(contents("killed"), expected);
   EXPECT_EQ(geocage({"verify", "--store", (folder_ / "killed").string()}).code, 0);
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "killed" / "tmp"));
+}
+
+// What a killed worker was to make is a failure of its slot, and can be tried again; nothing else is lost.
+TEST_F(StoreFaults, WorkersKilledAtRandomMoments) {
+  const auto expected = contents("calm");
+  const Ended hurt = geocage_with_workers_killed(arguments("hurt"), kills(3), 150, 5);
+  if (hurt.code == 1)
+    EXPECT_NE(geocage({"failures", "--store", (folder_ / "hurt").string()}).out.find("out_of_memory"),
+              std::string::npos);
+  else
+    EXPECT_EQ(hurt.code, 0) << hurt.err;  // it ended before the first kill
+  for (int left = kills(3); left > 0; left -= 3) {
+    auto again = arguments("hurt");
+    again.insert(again.end(), {"--retry", "failed"});
+    geocage_with_workers_killed(again, left > 3 ? 3 : 0, 150, 5u + static_cast<unsigned>(left));
+  }
+  EXPECT_EQ(contents("hurt"), expected);
+  EXPECT_EQ(geocage({"verify", "--store", (folder_ / "hurt").string()}).code, 0);
 }
 
 TEST_F(StoreFaults, TwoRunsAtOnceMakeEachStageOnce) {

@@ -75,6 +75,20 @@ TEST_F(Sweep, EveryPairHasARowAndRatesForgetNone) {
   EXPECT_EQ(paired, json::parse(R"([["evaluate.friction", 0.0, 0.6, 2.0, 2.0]])"));
 }
 
+TEST_F(Sweep, TellsAtWhichStageTheBestGraspWasLost) {
+  for (const auto& row :
+       query("select best_lost_at, held, lost_at from grasps where coalesce(grasp, 0) = 0")) {
+    EXPECT_EQ(row[0] == "", row[1] == 1.0) << row;
+    EXPECT_TRUE(row[2] == "" || row[0] == row[2]) << row;
+  }
+  EXPECT_EQ(query("select sum(pairs) from losses")[0][0], 4.0);
+  EXPECT_EQ(query("select sum(pairs) from losses where best_lost_at = 'import'")[0][0], 2.0);
+  EXPECT_EQ(query("select count(*) from slots where peak_memory_gib > 0 and state = 'made'"),
+            query("select count(*) from slots where state = 'made'"));
+  const json summary = json::parse(text_of(out("store") / "results.json"));
+  EXPECT_EQ(summary["tables"]["rates"]["columns"][0], "measure");
+}
+
 TEST_F(Sweep, QueryReadsOnly) {
   const auto code = [&](const std::string& statement) {
     return geocage({"query", statement, "--out", out("store").string()}).code;
@@ -147,6 +161,53 @@ TEST_F(Sweep, OneAndTwoJobsGiveTheSameBytesAndTable) {
     return names;
   };
   EXPECT_EQ(artefacts("second"), artefacts("store"));
+}
+
+/// Noise on the true mesh, scores compared with the clean ones; nothing is placed or tested.
+TEST(NoiseSweep, ScoresAreComparedWithTheCleanOnes) {
+  const ScratchFolder folder;
+  quick_flow(folder);
+  fs::create_directories(folder / "set");
+  fs::rename(folder / "bottle.ply", folder / "set" / "bottle.ply");
+  const auto flow = folder / "noise.toml";
+  std::ofstream(flow)
+      << "objects = ['" << (folder / "set").string() << "']\n"
+      << "[scan]\nviews = 2\nwidth = 80\nheight = 60\n[remesh]\nedge_length_m = 0.006\n"
+      << "[noise]\nsurface = 'truth'\n[agreement]\nreference = 'clean'\n"
+      << "[sweep]\n'noise.sigma_edges' = [0.0, 0.3]\n'noise.seed' = [1, 2]\n'import.scale' = [1, 0.8]\n";
+  const Ended ended = geocage({"run", flow.string(), "--until", "agreement", "--quiet", "--store",
+                               (folder / "store").string(), "--out", (folder / "out").string()});
+  ASSERT_EQ(ended.code, 0) << ended.err << ended.out;
+  const auto query = [&](const std::string& statement) {
+    const Ended answer = geocage({"query", statement, "--out", (folder / "out").string(), "--json"});
+    EXPECT_EQ(answer.code, 0) << answer.err;
+    return json::parse(answer.out)["rows"];
+  };
+  // without noise the scores are the clean ones
+  EXPECT_EQ(query("select distinct agreement_curvature_rank_correlation, agreement_curvature_top_overlap, "
+                  "agreement_curvature_drift_m from grasps where \"noise.sigma_edges\" = 0"),
+            json::parse("[[1.0, 1.0, 0.0]]"));
+  for (const auto& row : query("select agreement_curvature_rank_correlation from grasps where "
+                               "\"noise.sigma_edges\" > 0")) {
+    EXPECT_LT(row[0], 1.0);
+    EXPECT_GT(row[0], 0.0);
+  }
+  EXPECT_EQ(query("select count(*), count(held) from grasps")[0],
+            json::parse("[8, 0]"));  // nothing was tested
+  EXPECT_EQ(query("select count(*) from rates")[0][0], 0);
+  EXPECT_EQ(query("select pairs from agreement where measure = 'curvature_drift_radii'"),
+            json::parse("[[2.0], [2.0], [2.0], [2.0]]"));  // two seeds of each level and size
+}
+
+TEST(NoiseSweep, ScansHaveNoTruth) {
+  const ScratchFolder folder;
+  std::ofstream(folder / "scan.xyz") << "0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n0.1 0.1 0\n";
+  const Ended ended =
+      geocage({"run", "--object", (folder / "scan.xyz").string(), "--set", "noise.surface=truth", "--json",
+               "--quiet", "--store", (folder / "store").string(), "--out", (folder / "out").string()});
+  EXPECT_EQ(ended.code, 1) << ended.err;
+  EXPECT_EQ(json::parse(ended.out)["counts"]["failed"], 1);
+  EXPECT_NE(text_of(folder / "out" / "results.csv").find("a scan has no true surface"), std::string::npos);
 }
 
 }  // namespace

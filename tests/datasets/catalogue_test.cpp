@@ -130,6 +130,15 @@ TEST_F(Catalogue, TellsAllMistakesWithTheirPlace) {
   EXPECT_TRUE(told("'a/../../b' leaves"));
   EXPECT_TRUE(told("'abc' is not 64"));
   EXPECT_TRUE(told("[b] 'package' is missing"));
+  const auto others = mistakes_in(
+      "[c]\nkind='mesh'\nshape='torus'\nsize_m=[0.01, 0.02]\n[d]\nkind='mesh'\nnpm='x'\nurl='http://x'\n");
+  const auto all = [&](const std::string& words) {
+    return std::ranges::any_of(others,
+                               [&](const auto& line) { return line.find(words) != std::string::npos; });
+  };
+  EXPECT_TRUE(all("[c] size_m: the tube must be thinner"));
+  EXPECT_TRUE(all("[d] say one of"));
+  EXPECT_TRUE(all("does not begin with https://"));
 }
 
 TEST_F(Catalogue, CheckReadsTheBytes) {
@@ -188,6 +197,75 @@ TEST_F(Catalogue, GetTellsWhyAPackageCannotBeHad) {
   EXPECT_EQ(answer.presence, Presence::unavailable);
   EXPECT_NE(answer.reason.find("apt-get is not on this machine"), std::string::npos) << answer.reason;
   EXPECT_EQ(files_in(folder_ / "cache"), 0);
+}
+
+/// A program of this name in place of the machine's, as apt-get above.
+TEST_F(Catalogue, UrlsAreBroughtByCurlAndComparedWithTheirDigest) {
+  Entry entry = thing("v 0 0 0\n");
+  entry.package.clear();
+  entry.path.clear();
+  entry.url = "https://example.org/sets/thing.obj?raw=1";
+  const auto fake_curl = [&](const std::string& script) {
+    const fs::path program = write("bin/curl", "#!/bin/sh\n" + script + "\n");
+    fs::permissions(program, fs::perms::owner_all);
+    setenv("PATH", (program.parent_path().string() + ":" + path_).c_str(), 1);
+  };
+  fake_curl("while [ \"$1\" != -o ]; do shift; done; printf 'v 0 0 0\\n' > \"$2\"");
+  const auto answer = get(entry, folder_ / "cache");
+  ASSERT_EQ(answer.presence, Presence::fetched) << answer.reason;
+  EXPECT_EQ(answer.file.filename(), "thing.obj");
+  EXPECT_EQ(get(entry, folder_ / "cache").presence, Presence::have);
+
+  entry.sha256 = pipeline::sha256_of("other");
+  EXPECT_EQ(get(entry, folder_ / "cache").presence, Presence::mismatch);
+  fake_curl("echo 'curl: (6) Could not resolve host: example.org' >&2; exit 6");
+  const auto away = get(entry, folder_ / "cache");
+  EXPECT_EQ(away.presence, Presence::unavailable);
+  EXPECT_NE(away.reason.find("Could not resolve host"), std::string::npos) << away.reason;
+}
+
+TEST_F(Catalogue, ScriptsBecomeMeshes) {
+  const std::string script =
+      "exports.positions=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]];exports.cells=[[0,2,1],[0,1,3],[0,3,2],[1,2,3]];";
+  Entry entry = thing(script);
+  entry.package.clear();
+  entry.npm = "tetrahedron";
+  entry.path = "package/index.js";
+  entry.convert = "javascript";
+  write("package/index.js", script);
+  const fs::path program = write(
+      "bin/npm", "#!/bin/sh\ntar -czf tetrahedron-1.tgz -C '" + folder_.string() + "' package/index.js\n");
+  fs::permissions(program, fs::perms::owner_all);
+  setenv("PATH", (program.parent_path().string() + ":" + path_).c_str(), 1);
+  const auto answer = get(entry, folder_ / "cache");
+  ASSERT_EQ(answer.presence, Presence::fetched) << answer.reason;
+  EXPECT_EQ(answer.file.extension(), ".ply");
+  EXPECT_GT(fs::file_size(answer.file), 4u * 3 * 8);  // four vertices in double
+  EXPECT_EQ(check(entry, folder_ / "cache").file, answer.file);
+}
+
+TEST_F(Catalogue, ShapesAreMadeAndCheckedByTheirBytes) {
+  const Entry torus = find_entry(load_catalogue(), "torus");
+  EXPECT_EQ(check(torus, folder_ / "cache").presence, Presence::unavailable);
+  const auto made = get(torus, folder_ / "cache");
+  ASSERT_EQ(made.presence, Presence::fetched) << made.reason;
+  EXPECT_EQ(check(torus, folder_ / "cache").presence, Presence::have);
+  std::ofstream(made.file) << "damaged";
+  EXPECT_EQ(check(torus, folder_ / "cache").presence, Presence::mismatch);
+  EXPECT_EQ(get(torus, folder_ / "cache").presence, Presence::fetched);
+  EXPECT_EQ(get(torus, folder_ / "cache").presence, Presence::have);
+}
+
+TEST_F(Catalogue, AnOwnFileAddsToTheProjects) {
+  setenv("GEOCAGE_CATALOGUE",
+         write("own.toml", "[ball]\nkind='mesh'\nshape='sphere'\nsize_m=[0.02]\n").c_str(), 1);
+  const auto catalogue = load_catalogue();
+  EXPECT_EQ(find_entry(catalogue, "ball").shape, "sphere");
+  EXPECT_EQ(find_entry(catalogue, "mug").unit, "cm");
+  setenv("GEOCAGE_CATALOGUE",
+         write("own.toml", "[mug]\nkind='mesh'\nshape='sphere'\nsize_m=[0.02]\n").c_str(), 1);
+  EXPECT_THROW(load_catalogue(), pipeline::ConfigurationError);
+  unsetenv("GEOCAGE_CATALOGUE");
 }
 
 }  // namespace

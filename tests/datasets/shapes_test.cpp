@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/error.h"
+
 namespace geocage::datasets {
 namespace {
 
@@ -87,6 +89,61 @@ TEST(Shapes, TopologyIsAsTold) {
   EXPECT_EQ(grid.boundary_edges, 4 * 7);
   EXPECT_NEAR(grid.area_m2, 1, rounding);
   EXPECT_EQ(geometry::check_mesh(icosphere(1, 3)).triangles, 20 * 64);
+}
+
+/// Volume of the cap that a ball of radius R loses beyond the circle of radius r.
+double cap_m3(double R, double r) {
+  const double d = std::sqrt(R * R - r * r);
+  return pi * (R - d) * (R - d) * (2 * R + d) / 3;
+}
+
+// Circles of 64 points and arcs of equal chords lie inside the smooth surface: a regular 64-gon lacks
+// (2 pi / 64)^2 / 6 = 0.16 % of its area, an arc as much of its height, so each part lacks less than 0.5 %; a
+// bowl's hollow is smaller too.
+TEST(Shapes, OfTheCatalogueHaveTheirVolumes) {
+  struct Known {
+    const char* name;
+    std::vector<double> size_m;
+    double volume_m3, tolerance_m3;
+    int euler;
+  };
+  const double ball = 4.0 / 3 * pi;
+  const double R = 0.03, r = 0.012, apart = 0.1, k = 0.018, n = 0.008;
+  const double dumbbell_m3 =
+      2 * (ball * R * R * R - cap_m3(R, r)) + pi * r * r * (apart - 2 * std::sqrt(R * R - r * r));
+  const double knobbed_m3 = pi * R * R * 0.08 + pi * n * n * 0.02 + ball * k * k * k - cap_m3(k, n);
+  const double bowl_m3 = ball / 2 * (std::pow(0.06, 3) - std::pow(0.054, 3));
+  for (const Known& known :
+       {Known{"sphere", {R}, ball * R * R * R, 0.005 * ball * R * R * R, 2},
+        Known{"torus", {0.04, r}, 2 * pi * pi * 0.04 * r * r, 0.01 * 2 * pi * pi * 0.04 * r * r, 0},
+        Known{"cylinder", {0.025, 0.14}, pi * 0.025 * 0.025 * 0.14, 0.005 * pi * 0.025 * 0.025 * 0.14, 2},
+        Known{"dumbbell", {R, r, apart}, dumbbell_m3, 0.005 * dumbbell_m3, 2},
+        Known{"knobbed_cylinder", {R, 0.08, n, 0.02, k}, knobbed_m3, 0.005 * knobbed_m3, 2},
+        Known{"bowl", {0.06, 0.006}, bowl_m3, 0.005 * ball / 2 * std::pow(0.06, 3), 2},
+        Known{"ring_on_bar", {0.006}, 192 * std::pow(0.006, 3), rounding * std::pow(0.1, 3), 0},
+        Known{"box", {0.1, 0.2, 0.3}, 0.006, rounding * 0.006, 2}}) {
+    const auto report = geometry::check_mesh(make_shape(known.name, known.size_m));
+    EXPECT_EQ(geometry::flaw(report), "") << known.name;
+    EXPECT_EQ(report.euler, known.euler) << known.name;
+    EXPECT_EQ(report.components, 1) << known.name;
+    EXPECT_NEAR(report.volume_m3, known.volume_m3, known.tolerance_m3) << known.name;
+  }
+}
+
+TEST(Shapes, ThatCannotBeAreRefused) {
+  const auto sentence = [](const std::string& name, const std::vector<double>& size_m) -> std::string {
+    try {
+      make_shape(name, size_m);
+    } catch (const pipeline::UserError& error) {
+      return error.sentence();
+    }
+    return "";
+  };
+  EXPECT_NE(sentence("spere", {1}).find("no shape 'spere'"), std::string::npos);
+  EXPECT_NE(sentence("torus", {1}).find("has 2 sizes, not 1"), std::string::npos);
+  EXPECT_NE(sentence("torus", {0.01, 0.02}).find("thinner"), std::string::npos);
+  EXPECT_NE(sentence("dumbbell", {0.03, 0.01, 0.05}).find("farther apart"), std::string::npos);
+  EXPECT_NE(sentence("sphere", {-1}).find("above 0"), std::string::npos);
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
 #include "pipeline/worker.h"
 
 #include <atomic>
+#include <chrono>
 #include <fstream>
+#include <new>
+#include <optional>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -67,6 +71,55 @@ TEST(Worker, MemoryIsBounded) {
   GTEST_SKIP() << "no address-space limit under the address sanitizer";
 #endif
   EXPECT_NE(sentence_of(glutton, {20, 0.5}).find("GiB"), std::string::npos);
+}
+
+/// How a worker was lost; nothing when it wasn't.
+std::optional<Loss> loss_of(const Work& work, WorkerLimits limits = {5, 1}) {
+  try {
+    run_contained(limits, "x", work, nothing);
+  } catch (const WorkerLost& lost) {
+    return lost.loss();
+  } catch (const UserError&) {
+  }
+  return {};
+}
+
+TEST(Worker, LossesAreTyped) {
+  EXPECT_EQ(loss_of([](const auto&) { abort(); }), Loss::crash);
+  EXPECT_EQ(loss_of([](const auto&) { pause(); }, {0.2, 1}), Loss::timeout);
+  EXPECT_EQ(loss_of([](const auto&) { throw std::bad_alloc(); }), Loss::memory);
+  EXPECT_EQ(loss_of([](const auto&) { raise(SIGKILL); }), Loss::memory) << "as the kernel does";
+  EXPECT_EQ(loss_of([](const auto&) { throw std::runtime_error("odd"); }), Loss::exception);
+  // what no handler can catch: an exception that leaves a thread
+  EXPECT_EQ(loss_of([](const auto&) { std::jthread([] { throw std::bad_alloc(); }).join(); }), Loss::memory);
+  EXPECT_EQ(loss_of([](const auto&) { std::jthread([] { throw 1; }).join(); }), Loss::crash);
+  // a worker of a worker
+  EXPECT_EQ(loss_of([](const auto&) {
+              run_contained(
+                  {5, 1}, "y", [](const auto&) { abort(); }, nothing);
+            }),
+            Loss::crash);
+  EXPECT_EQ(loss_of([](const auto&) { throw UserError(Fault::input, "x", "no mesh"); }), std::nullopt);
+}
+
+TEST(Worker, TellsHowFarItIsAndWhatItTook) {
+  std::vector<std::size_t> heard;
+  const auto work = [](const std::filesystem::path&) {
+    std::vector<char> block(200 << 20, 'x');  // 0.2 GiB that are touched
+    tell_how_far(1, 3);
+    tell_how_far(2, 3);  // too soon after the first
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    tell_how_far(3, 3);
+    if (block[12345] != 'x') abort();
+  };
+  const WorkerUse use = run_contained({5, 4}, "x", work, nothing,
+                                      [&](std::size_t done, std::size_t) { heard.push_back(done); });
+  EXPECT_EQ(heard, (std::vector<std::size_t>{1, 3}));
+#ifndef __SANITIZE_ADDRESS__
+  EXPECT_GT(use.peak_memory_gib, 0.19);
+  EXPECT_LT(use.peak_memory_gib, 0.5);
+#endif
+  tell_how_far(1, 2);  // outside of a worker: nothing
 }
 
 TEST(Worker, ItsErrorsArriveWhole) {
