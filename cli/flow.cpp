@@ -374,8 +374,8 @@ class Planner {
       }
       const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
                                occupancy, hands_[i]);
-      const auto ways =
-          slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
+      const auto ways = slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud,
+                             occupancy, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
       auto cage_params = p.cage;

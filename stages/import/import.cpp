@@ -80,7 +80,7 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, const Po
     std::vector<std::vector<int>> pieces = {cluster};
     if (by_shape)
       pieces =
-          convex_parts(cloud, cluster, table, {params.patch_m, params.concavity_deg, params.part_points});
+          parts_by_shape(cloud, cluster, table, {params.patch_m, params.concavity_deg, params.part_points});
     parts.insert(parts.end(), pieces.begin(), pieces.end());
   }
   std::sort(parts.begin(), parts.end(),

@@ -12,6 +12,8 @@ struct LabelMatch {
   int merged = 0;    ///< whose object has another label already
   int split = 0;     ///< that have more than a quarter of their points in each of two objects
   int objects = 0;
+  /// Each label is one object and there is none besides.
+  bool one_each() const { return found == labelled && objects == labelled && merged == 0; }
 };
 
 inline LabelMatch match_labels(const geometry::Scene& scene, int least_points) {

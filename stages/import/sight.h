@@ -1,0 +1,37 @@
+#pragma once
+#include <vector>
+
+#include "geometry/pose.h"
+
+namespace geocage::stages {
+
+constexpr double clear_m = 0.008;  ///< a place is empty when what was seen lies that far behind it
+
+/// What one sensor saw, as depths by direction: which places before it are empty.
+class Sight {
+ public:
+  /// Points in the sensor's frame. Precondition: at least one, none at the sensor.
+  explicit Sight(const std::vector<geometry::Vec3>& points);
+
+  /// True where all that was seen around that direction lies at least `clear_m` behind p, and something was.
+  bool empty(const geometry::Vec3& p, double clear_m) const;
+
+  /// How much of the space between two things is empty: the share of middles between their points that are,
+  /// of 400 pairs drawn evenly. 0 of two pieces of one convex thing, but for noise.
+  double emptiness_between(const std::vector<geometry::Vec3>& a, const std::vector<geometry::Vec3>& b,
+                           double clear_m) const;
+
+  /// How many points of `things` are seen right beside one of `front` that is nearer by `step_m`.
+  int hidden_behind(const std::vector<geometry::Vec3>& things, const std::vector<geometry::Vec3>& front,
+                    double step_m) const;
+
+ private:
+  int column(double tangent, int axis) const;
+  int cell_of(const geometry::Vec3& p) const;  ///< -1 outside
+  Eigen::Matrix3d frame_;                      ///< z along the mean direction
+  double low_[2];
+  int cells_[2];
+  std::vector<float> nearest_m_;  ///< of each cell; 0 where nothing was seen
+};
+
+}  // namespace geocage::stages

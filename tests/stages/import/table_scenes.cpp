@@ -1,0 +1,358 @@
+#include "tests/stages/import/table_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <random>
+
+#include "datasets/shapes.h"
+#include "geometry/mesh_files.h"
+#include "geometry/surface_distance.h"
+#include "stages/scan/scan.h"
+
+namespace geocage::tests {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
+namespace {
+
+TriangleMesh placed(TriangleMesh mesh, const Vec3& at, double turn_rad = 0) {
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(turn_rad, Vec3::UnitZ()).toRotationMatrix();
+  for (Vec3& p : mesh.vertices) p = R * p + at;
+  return mesh;
+}
+
+TriangleMesh together(const std::vector<TriangleMesh>& meshes) {
+  TriangleMesh all;
+  for (const auto& mesh : meshes) {
+    const int first = static_cast<int>(all.vertices.size());
+    all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    for (const auto& [a, b, c] : mesh.triangles) all.triangles.push_back({first + a, first + b, first + c});
+  }
+  return all;
+}
+
+/// Lowest point at z = 0, middle of the box over the origin.
+TriangleMesh standing(TriangleMesh mesh) {
+  const auto report = check_mesh(mesh);
+  const Vec3 middle = (report.box_min + report.box_max) / 2;
+  for (Vec3& p : mesh.vertices) p -= Vec3(middle.x(), middle.y(), report.box_min.z());
+  return mesh;
+}
+
+/// Its z axis along y.
+TriangleMesh lying(TriangleMesh mesh) {
+  for (Vec3& p : mesh.vertices) p = Vec3(-p.x(), p.z(), p.y());
+  return standing(mesh);
+}
+
+TriangleMesh cylinder(double radius_m, double height_m) {
+  return standing(datasets::capped_cylinder(radius_m, height_m, 60));
+}
+TriangleMesh box(const Vec3& size_m) {
+  return standing(datasets::box(size_m, 12));
+}
+TriangleMesh ball(double radius_m) {
+  return standing(datasets::icosphere(radius_m, 4));
+}
+
+/// A cup with a ring through its wall: the ring's inner half hides in the wall and the hollow.
+TriangleMesh mug(double radius_m = 0.04, double height_m = 0.1) {
+  const TriangleMesh body = standing(datasets::cup(radius_m, height_m, 0.004, 60));
+  TriangleMesh ring = datasets::torus(0.28 * height_m, 0.006, 40, 16);
+  TriangleMesh half;
+  for (Vec3& p : ring.vertices) p = Vec3(p.x(), p.z(), p.y());  // its axis along y
+  for (auto& t : ring.triangles) std::swap(t[1], t[2]);
+  half.vertices = ring.vertices;
+  for (const auto& t : ring.triangles)
+    if ((ring.vertices[t[0]] + ring.vertices[t[1]] + ring.vertices[t[2]]).x() > 0)
+      half.triangles.push_back(t);
+  return together({body, placed(half, {radius_m - 0.002, 0, height_m / 2})});
+}
+
+/// A profile (radius, height) from the axis up to the axis, turned about z.
+TriangleMesh turned(const std::vector<std::pair<double, double>>& profile) {
+  constexpr int around = 60;
+  std::vector<std::pair<double, double>> fine;
+  for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
+    const auto& [r, z] = profile[k];
+    const auto& [s, w] = profile[k + 1];
+    const int steps = std::max(1, static_cast<int>(std::hypot(s - r, w - z) / 0.004));
+    for (int i = 0; i < steps; ++i) fine.emplace_back(r + (s - r) * i / steps, z + (w - z) * i / steps);
+  }
+  TriangleMesh mesh;
+  mesh.vertices.emplace_back(0, 0, profile.front().second);
+  for (std::size_t k = 1; k < fine.size(); ++k)
+    for (int i = 0; i < around; ++i) {
+      const double at = 2 * M_PI * i / around;
+      mesh.vertices.emplace_back(fine[k].first * std::cos(at), fine[k].first * std::sin(at), fine[k].second);
+    }
+  const int rings = static_cast<int>(fine.size()) - 1, top = 1 + rings * around;
+  mesh.vertices.emplace_back(0, 0, profile.back().second);
+  for (int i = 0; i < around; ++i) {
+    const int j = (i + 1) % around;
+    mesh.triangles.push_back({0, 1 + j, 1 + i});
+    for (int k = 0; k + 1 < rings; ++k) {
+      const int a = 1 + k * around, b = a + around;
+      mesh.triangles.push_back({a + i, a + j, b + i});
+      mesh.triangles.push_back({a + j, b + j, b + i});
+    }
+    mesh.triangles.push_back({top, top - around + i, top - around + j});
+  }
+  return mesh;
+}
+
+TriangleMesh bottle(double radius_m, double height_m) {
+  const double r = radius_m, h = height_m;
+  return turned(
+      {{0, 0}, {r, 0}, {r, 0.6 * h}, {0.8 * r, 0.68 * h}, {0.4 * r, 0.78 * h}, {0.4 * r, h}, {0, h}});
+}
+TriangleMesh bowl(double radius_m, double height_m) {
+  const double r = radius_m, h = height_m, w = 0.004;
+  return turned({{0, 0},
+                 {0.5 * r, 0},
+                 {0.8 * r, 0.35 * h},
+                 {r, h},
+                 {r - w, h},
+                 {0.8 * r - w, 0.35 * h + w},
+                 {0.5 * r - w, w},
+                 {0, w}});
+}
+TriangleMesh cone(double radius_m, double height_m) {
+  return turned({{0, 0}, {radius_m, 0}, {0.15 * radius_m, height_m}, {0, height_m}});
+}
+
+double height_m(const TriangleMesh& mesh) {
+  return check_mesh(mesh).box_max.z();
+}
+
+double gap_m(const TriangleMesh& a, const geometry::SurfaceDistance& to_a, const TriangleMesh& b) {
+  const geometry::SurfaceDistance to_b(b);
+  double gap = 1;
+  int near = 0;
+  for (const Vec3& p : b.vertices) gap = std::min(gap, to_a.distance_m(p, near));
+  near = 0;
+  for (const Vec3& p : a.vertices) gap = std::min(gap, to_b.distance_m(p, near));
+  return gap;
+}
+
+/// The mesh moved along -way from afar until it all but touches the others.
+TriangleMesh pushed(const TriangleMesh& mesh, const std::vector<TriangleMesh>& others, double way_rad) {
+  const Vec3 way(std::cos(way_rad), std::sin(way_rad), 0);
+  const TriangleMesh group = together(others);
+  const geometry::SurfaceDistance to_group(group);
+  double at = 0.5;
+  for (int step = 0; step < 60; ++step) {
+    const double gap = gap_m(group, to_group, placed(mesh, at * way));
+    if (gap < 0.001 || at < 0) break;
+    at -= 0.9 * gap;  // no point moves farther than the gap: they never pass through each other
+  }
+  return placed(mesh, at * way);
+}
+
+/// Meshes of the folder that stand well, turned.
+TriangleMesh from(const std::filesystem::path& objects, const std::string& file, double turn_rad = 0) {
+  return placed(standing(geometry::read_mesh(objects / file, file == "elephant.off" ? 0.14 : 1)),
+                Vec3::Zero(), turn_rad);
+}
+
+std::vector<TableScene> tuning(const std::filesystem::path& objects) {
+  const auto tall = cylinder(0.033, 0.12);
+  std::vector<TableScene> list = {
+      {"a mug", {mug()}},
+      {"a mug with its handle to the sensor", {placed(mug(), {0, 0, 0}, M_PI)}},
+      {"a mug with its handle aside", {placed(mug(), {0, 0, 0}, M_PI / 2)}},
+      {"mug and box touch",
+       {placed(mug(), {0, 0.04, 0}, 2), placed(box({0.08, 0.06, 0.12}), {0, -0.035, 0})}},
+      {"cylinders touch",
+       {placed(tall, {0, 0.033, 0}), placed(tall, {0, -0.033, 0}), placed(tall, {-0.058, 0, 0})}},
+      {"boxes touch",
+       {placed(box({0.08, 0.08, 0.15}), {0, 0.041, 0}), placed(box({0.1, 0.07, 0.06}), {0, -0.036, 0}, 0.1)}},
+      {"a can on a box", {box({0.12, 0.1, 0.06}), placed(cylinder(0.035, 0.1), {0, 0, 0.06})}},
+      {"apart",
+       {placed(mug(), {0, 0.15, 0}), placed(tall, {0, 0, 0}),
+        placed(box({0.08, 0.06, 0.1}), {0.1, -0.15, 0})}},
+      {"ring", {standing(datasets::torus(0.05, 0.018, 60, 24))}},
+      {"a ball at a can", {placed(ball(0.04), {-0.07, 0, 0}), cylinder(0.033, 0.12)}},
+  };
+  if (!objects.empty())
+    for (const char* name : {"mug.stl", "bunny.stl", "duck.stl", "wineglass.stl", "ycb_pitcher.obj",
+                             "hammer.stl", "banana.stl"}) {
+      list.push_back({name, {from(objects, name)}});
+      const double reach = check_mesh(list.back().things[0]).box_max.y();
+      list.push_back(
+          {std::string(name) + " at a can", {list.back().things[0], placed(tall, {0, -reach - 0.033, 0})}});
+    }
+  return list;
+}
+
+std::vector<TableScene> held_out(const std::filesystem::path& objects) {
+  const auto on = [](const TriangleMesh& upper, const TriangleMesh& lower, double x, double y, double turn) {
+    return placed(upper, {x, y, height_m(lower)}, turn);
+  };
+  const auto book = box({0.15, 0.21, 0.025}), carton = box({0.07, 0.09, 0.17}), tin = cylinder(0.042, 0.08);
+  std::vector<TableScene> list = {
+      {"a bottle", {bottle(0.035, 0.22)}},
+      {"a bowl", {bowl(0.08, 0.06)}},
+      {"a cone", {cone(0.05, 0.12)}},
+      {"a lying bottle", {placed(lying(bottle(0.03, 0.2)), Vec3::Zero(), 0.5)}},
+      {"a cup", {standing(datasets::cup(0.035, 0.09, 0.003, 60))}},
+      {"a carton askew", {placed(carton, Vec3::Zero(), 0.6)}},
+      {"a mug on a book", {book, on(mug(), book, 0.01, 0.03, 2.5)}},
+      {"two books", {book, on(box({0.12, 0.17, 0.03}), book, 0.01, 0.0, 0.4)}},
+      {"a ball on a ring",
+       {standing(datasets::torus(0.045, 0.015, 60, 24)), placed(ball(0.04), {0, 0, 0.007})}},
+      {"three in a pile",
+       {carton, on(box({0.06, 0.06, 0.05}), carton, 0, 0, 0.5), placed(cylinder(0.025, 0.06), {0, 0, 0.22})}},
+      {"a lying can at a box", {}},
+      {"bottles", {}},
+      {"two mugs", {}},
+      {"a bowl at a mug", {}},
+      {"a cone at a carton", {}},
+      {"four", {}},
+  };
+  const auto push = [&](const std::string& name, std::vector<TriangleMesh> things, std::vector<double> ways) {
+    for (auto& scene : list)
+      if (scene.name == name) {
+        scene.things = {things[0]};
+        for (std::size_t k = 1; k < things.size(); ++k)
+          scene.things.push_back(pushed(things[k], scene.things, ways[k - 1]));
+      }
+  };
+  push("a lying can at a box", {box({0.06, 0.14, 0.09}), lying(cylinder(0.033, 0.12))}, {M_PI});
+  push("bottles", {bottle(0.035, 0.2), bottle(0.03, 0.23)}, {1.3});
+  push("two mugs", {placed(mug(), Vec3::Zero(), 2.2), placed(mug(0.036, 0.09), Vec3::Zero(), -2)}, {-1.4});
+  push("a bowl at a mug", {bowl(0.075, 0.055), placed(mug(), Vec3::Zero(), 1)}, {1.8});
+  push("a cone at a carton", {carton, cone(0.045, 0.11)}, {-2});
+  push("four", {carton, tin, ball(0.035), box({0.05, 0.05, 0.05})}, {1.6, -2.4, 2.6});
+  if (!objects.empty()) {
+    for (const char* name :
+         {"airplane.stl", "elephant.off", "horse.ply", "torus.stl", "bunny.stl", "duck.stl"})
+      list.push_back({name, {from(objects, name, 2.1)}});
+    const std::vector<std::tuple<const char*, TriangleMesh, double>> pairs = {{"bunny.stl", carton, 1.2},
+                                                                              {"mug.stl", tin, -1.5},
+                                                                              {"torus.stl", ball(0.04), 2.5},
+                                                                              {"banana.stl", tin, -1.9},
+                                                                              {"ycb_pitcher.obj", carton, 2}};
+    for (const auto& [name, other, way] : pairs) {
+      TableScene scene{std::string(name) + " and a neighbour", {from(objects, name, 0.9)}};
+      scene.things.push_back(pushed(other, scene.things, way));
+      list.push_back(scene);
+    }
+  }
+  return list;
+}
+
+/// Numbers from one seed, the same with any standard library.
+class Chance {
+ public:
+  explicit Chance(std::uint64_t seed) : engine_(seed) {}
+  double in(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
+  int below(int n) { return static_cast<int>(engine_() % static_cast<std::uint64_t>(n)); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+TriangleMesh thing_of_chance(Chance& chance, const std::filesystem::path& objects) {
+  static const std::vector<const char*> files = {"mug.stl",   "bunny.stl",       "duck.stl",  "wineglass.stl",
+                                                 "torus.stl", "ycb_pitcher.obj", "banana.stl"};
+  switch (chance.below(objects.empty() ? 8 : 10)) {
+    case 0:
+    case 1:
+      return box({chance.in(0.04, 0.1), chance.in(0.04, 0.12), chance.in(0.04, 0.18)});
+    case 2:
+    case 3:
+      return cylinder(chance.in(0.025, 0.05), chance.in(0.05, 0.16));
+    case 4:
+      return ball(chance.in(0.03, 0.05));
+    case 5:
+      return mug(chance.in(0.033, 0.045), chance.in(0.08, 0.11));
+    case 6:
+      return bottle(chance.in(0.028, 0.04), chance.in(0.16, 0.24));
+    case 7:
+      return bowl(chance.in(0.06, 0.09), chance.in(0.045, 0.07));
+    default:
+      return from(objects, files[static_cast<std::size_t>(chance.below(static_cast<int>(files.size())))]);
+  }
+}
+
+std::vector<TableScene> fresh(const std::filesystem::path& objects) {
+  std::vector<TableScene> list;
+  for (int k = 0; k < 27; ++k) {
+    Chance chance(static_cast<std::uint64_t>(1000 + k));
+    TableScene scene{"chance " + std::to_string(k), {}};
+    const int count = 1 + chance.below(4);
+    for (int i = 0; i < count; ++i) {
+      const auto thing = placed(thing_of_chance(chance, objects), Vec3::Zero(), chance.in(0, 2 * M_PI));
+      const double way = chance.in(0, 2 * M_PI);
+      if (scene.things.empty())
+        scene.things.push_back(thing);
+      else if (chance.below(5) == 0) {  // on the first: a book under it, where it has no flat top
+        const auto book = box({0.16, 0.2, chance.in(0.02, 0.05)});
+        scene.things.push_back(pushed(book, scene.things, way));
+        const auto report = check_mesh(scene.things.back());
+        const Vec3 middle = (report.box_min + report.box_max) / 2;
+        scene.things.push_back(placed(thing, {middle.x(), middle.y(), report.box_max.z()}));
+        break;
+      } else
+        scene.things.push_back(pushed(thing, scene.things, way));
+    }
+    Vec3 middle = Vec3::Zero();
+    const auto report = check_mesh(together(scene.things));
+    middle = (report.box_min + report.box_max) / 2;
+    middle.z() = 0;
+    for (auto& thing : scene.things) thing = placed(thing, -middle);
+    list.push_back(scene);
+  }
+  return list;
+}
+
+}  // namespace
+
+std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects) {
+  if (set == "tuning") return tuning(objects);
+  return set == "held_out" ? held_out(objects) : fresh(objects);
+}
+
+void write_seen(const TableScene& scene, double elevation_deg, std::uint64_t seed,
+                const std::filesystem::path& file) {
+  auto all = scene.things;
+  all.push_back(placed(standing(datasets::box({0.8, 0.7, 0.02})), {0, 0, -0.02}));
+  const double up = elevation_deg * M_PI / 180;
+  const Vec3 sensor = 0.85 * Vec3(-std::cos(up), 0, std::sin(up));
+  stages::ScanParams params;
+  params.placement = "list";
+  params.positions_m = {sensor.x(), sensor.y(), sensor.z()};
+  params.width = 640;
+  params.height = 480;
+  params.intrinsics = "field_of_view";
+  params.noise = {"kinect"};
+  params.seed = seed;
+  pipeline::Run run;
+  const auto cloud = stages::scan(params, run, together(all));
+  std::vector<std::unique_ptr<geometry::SurfaceDistance>> surfaces;
+  for (const auto& mesh : all) surfaces.push_back(std::make_unique<geometry::SurfaceDistance>(mesh));
+  std::ofstream out(file);
+  out << "VERSION .7\nFIELDS x y z label\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH " << cloud.size()
+      << "\nHEIGHT 1\nVIEWPOINT " << sensor.transpose() << " 1 0 0 0\nPOINTS " << cloud.size()
+      << "\nDATA ascii\n";
+  for (const Vec3& p : cloud.points) {
+    std::size_t label = 0;
+    double least = 1;
+    for (std::size_t k = 0; k < surfaces.size() && p.z() > 0.008; ++k) {  // lower is the table, or no matter
+      int nearest = 0;
+      if (const double d = surfaces[k]->distance_m(p, nearest); d < least) {
+        least = d;
+        label = k + 1;
+      }
+    }
+    out << p.transpose() << " " << (label == surfaces.size() ? 0 : label) << "\n";
+  }
+}
+
+}  // namespace geocage::tests

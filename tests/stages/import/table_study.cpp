@@ -1,0 +1,62 @@
+// How often the things of a table scene become one object each:
+//   build/release/table_study --set tuning|held_out|fresh [--objects DIR] [--rule gap] [--rule shape]
+//   [--keep FOLDER] [--scene NAME]
+// --keep writes each scene as a labelled PCD, and reads it where it is there already.
+#include <chrono>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "pipeline/error.h"
+#include "stages/import/import.h"
+#include "tests/pipeline/scratch_folder.h"
+#include "tests/stages/import/label_match.h"
+#include "tests/stages/import/table_scenes.h"
+
+namespace fs = std::filesystem;
+using namespace geocage;
+
+int main(int argc, char** argv) {
+  CLI::App app("Things of table scenes before the virtual Kinect, and the objects that import makes of them");
+  std::string set = "tuning", only;
+  fs::path objects, keep;
+  std::vector<std::string> rules = {"gap", "shape"};
+  app.add_option("--set", set, "which scenes")->check(CLI::IsMember({"tuning", "held_out", "fresh"}));
+  app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
+  app.add_option("--rule", rules, "values of import.cluster_by");
+  app.add_option("--keep", keep, "folder for the scenes")->check(CLI::ExistingDirectory);
+  app.add_option("--scene", only, "only this one");
+  CLI11_PARSE(app, argc, argv);
+  const tests::ScratchFolder scratch;
+  std::map<std::string, int> right;
+  int all = 0;
+  for (const auto& scene : tests::table_scenes(set, objects)) {
+    if (!only.empty() && scene.name != only) continue;
+    for (const int elevation : {35, 50}) {
+      const fs::path file =
+          (keep.empty() ? scratch.path() : keep) / fmt::format("{}-{}-{}.pcd", set, scene.name, elevation);
+      if (!fs::exists(file)) tests::write_seen(scene, elevation, 1, file);
+      ++all;
+      for (const auto& rule : rules) {
+        std::string how;
+        const auto start = std::chrono::steady_clock::now();
+        try {
+          pipeline::Run run;
+          const auto match = tests::match_labels(
+              stages::find_scene({.scene = "table", .cluster_by = rule}, run, {file}), 300);
+          if (match.one_each()) {
+            ++right[rule];
+            continue;
+          }
+          how = fmt::format("{} things gave {} objects: {} found, {} merged, {} split", match.labelled,
+                            match.objects, match.found, match.merged, match.split);
+        } catch (const pipeline::UserError& error) {
+          how = error.what();
+        }
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+        fmt::print("{}, {} degrees, {}: {} ({:.1f} s)\n", rule, elevation, scene.name, how, took.count());
+      }
+    }
+  }
+  for (const auto& rule : rules) fmt::print("{}: {} of {}\n", rule, right[rule], all);
+}
