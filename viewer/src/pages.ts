@@ -287,13 +287,15 @@ export function comparePage(overview: Overview, place: Place): Page {
       boxes.append(h('div', {}, h('h2', {}, h('a', { href: `#grasp/${one.pairIndex}/${one.index}` }, `${one.pair.object}, ${one.pair.hand}, grasp ${one.index + 1}`)), panel.element));
     }
     const names = [...new Set(loaded.flatMap((one) => Object.keys(one.grasp.scores)))];
-    facts.append(section('Side by side', table(['', ...loaded.map((one) => `${one.pair.object} ${one.index + 1}`)], [
+    facts.append(section('Side by side', table(['', ...loaded.map((one) => `${one.pair.object}, grasp ${one.index + 1}`)], [
       ['force test', ...loaded.map((one) => (one.grasp.evaluation ? badge(one.grasp.evaluation.outcome) : '–'))],
       ['cage test', ...loaded.map((one) => (one.grasp.cage ? badge(one.grasp.cage.outcome) : '–'))],
       ['force closure', ...loaded.map((one) => one.grasp.force_closure ?? '–')],
       ...names.map((name) => [name, ...loaded.map((one) => num(name, one.grasp.scores[name]))]),
     ], 'side by side')));
     await Promise.all(panels.map((panel) => panel.start()));
+    const [a, b] = panels.map((panel) => panel.view);
+    if (a && b && loaded[0].pair.model === loaded[1].pair.model) b.eye = a.eye;
     panels.forEach((panel, i) => (panel.onCamera = () => {
       const other = panels[1 - i].view;
       if (!linked || !panel.view || !other || document.activeElement !== panel.view.canvas && !panel.element.matches(':hover')) return;
@@ -377,10 +379,11 @@ export function sweepPage(overview: Overview): Page {
       row.level = keyOf(row);
       row.stage = row.best_lost_at || 'held';
     }
+    const stages = [...new Set(losses.map((row) => String(row.stage)))];
     lost.append(plot('Where the best grasp is lost', 'Pairs by the stage that lost their best grasp; held: none did.', {
       width: 'container', height: { step: 24 }, mark: 'bar',
-      encoding: { y: { field: 'level', type: 'nominal', title: null, sort: null, axis: { labelLimit: 320 } }, x: { field: 'pairs', type: 'quantitative', title: 'pairs' },
-        color: { field: 'stage', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#E69F00', '#CC79A7', '#56B4E9', '#7a7a7a', '#009E73'] } } },
+      encoding: { y: { field: 'level', type: 'nominal', title: null, sort: null, axis: { labelLimit: 320 } }, x: { field: 'pairs', type: 'quantitative', title: 'pairs', axis: { tickMinStep: 1, format: 'd' } },
+        color: { field: 'stage', type: 'nominal', title: null, scale: { domain: stages, range: stages.map((stage, i) => (stage === 'held' ? '#0072B2' : ['#D55E00', '#E69F00', '#CC79A7', '#56B4E9', '#7a7a7a', '#009E73'][i % 6])) } } },
     }, losses, columns));
   };
   const drawAgreement = (setting: string) => {

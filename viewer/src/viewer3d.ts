@@ -137,7 +137,7 @@ export class Panel {
     if (!field) return;
     const stops = Array.from({ length: 17 }, (_, i) => css(colourAt(map, i / 16))).join(',');
     const none = field.values.some(Number.isNaN);
-    append(this.legend, [
+    append(this.legend, low === high ? [h('span', { class: 'legend-title' }, field.title), h('span', { class: 'legend-end' }, `${text(name, low)} everywhere`)] : [
       h('span', { class: 'legend-title' }, field.title),
       h('span', { class: 'legend-end' }, text(name, low)),
       h('span', { class: 'legend-bar', style: `background:linear-gradient(90deg,${stops})`, role: 'img', 'aria-label': `colour scale ${mapTitles[map]}` }),

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ballByHops, linksOf } from '../src/ball';
-import { colourAt, css, lookUp, oklch, rangeOf, type MapName, type Rgb } from '../src/colours';
+import { colourAt, css, lookUp, oklch, rangeOf, shareOf, type MapName, type Rgb } from '../src/colours';
 import { filtered, sorted, type GraspRow } from '../src/grasptable';
 import { inOrder, keyAt, linkPoses, poseAt, type HandModel } from '../src/kinematics';
 import { digits, text, wilson } from '../src/numbers';
@@ -65,7 +65,9 @@ test('ranges leave the outermost out and are symmetric where the map is', () => 
   assert.ok(low >= 4 && low <= 6 && high >= 994 && high <= 996);
   assert.deepEqual(rangeOf([-3, 1, 2], 'balance'), [-3, 3]);
   assert.deepEqual(rangeOf([NaN], 'viridis'), [0, 1]);
-  assert.deepEqual(rangeOf([2, 2], 'viridis'), [1.5, 2.5]);
+  assert.deepEqual(rangeOf([2, 2], 'viridis'), [2, 2]);
+  assert.equal(shareOf(2, 2, 2), 0.5);
+  assert.equal(shareOf(9, 2, 4), 1);
 });
 
 test('Wilson’s interval as Newcombe (1998) prints it', () => {
