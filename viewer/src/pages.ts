@@ -162,7 +162,7 @@ function pushes(title: string, directions: Direction[] | undefined, note: string
 
 const scoreNotes: Record<string, string> = {
   winding_angle_rad: 'S1: how far fingers can reach round the surface here (360°: a ring)', curvature_sum_rad: 'S2: 0 on a tube, 360° on a half ball, more on a knob with a neck',
-  blocked_share: 'straight ways out of the closed hand that are blocked', closure_margin: 'how firmly the fingers close the ring', contacts: 'links that touch',
+  blocked_share: 'straight ways out of the closed hand that are blocked', closure_margin: 'how far the contacts are from letting the object go without friction', contacts: 'links that touch',
   rank: 'what grasps are ordered by', ferrari_canny_low: 'Ferrari-Canny epsilon, lower bound', ferrari_canny_high: 'its upper bound',
   enclosed_share: 'directions from the ball’s centre that the hand covers', com_offset_m: 'the centre of mass from the approach line', candidate: 'which candidate, counted from zero',
 };
