@@ -217,6 +217,8 @@ class Program {
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
+    sub->add_flag("--margins", evaluate_.margins,
+                  "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");
   }
 
