@@ -127,8 +127,14 @@ void Region::link_region(const std::uint32_t* weights) {
   farthest_.resize(n);
   std::size_t entries = 0;
   for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
-  if (near_.size() < entries) near_.resize(entries + entries / 4);
-  if (weighted && weight_.size() < near_.size()) weight_.resize(near_.size());
+  const auto make_room = [&](auto& list) {
+    if (list.size() >= entries) return;
+    list = {};  // never both at once
+    list.shrink_to_fit();
+    list.resize(entries + entries / 8);
+  };
+  make_room(near_);
+  if constexpr (weighted) make_room(weight_);
   start_[0] = 0;
   for (int ring = 0; ring < rings(); ++ring)
     for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)

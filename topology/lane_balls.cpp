@@ -26,6 +26,7 @@ class Aligned {
  public:
   T* at_least(std::size_t count) {
     if (count > count_) {
+      data_.reset();  // never both at once
       data_.reset(static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t(128))));
       count_ = count;
     }
