@@ -70,9 +70,13 @@ struct ViewOptions {
 };
 int view(const Shared& shared, const ViewOptions& options);
 
+/// Searches the motion that a scene asks for (docs/planning.md) and proves it free. 1 where it is not.
+int plan(const Shared& shared, const std::filesystem::path& scene);
+
 struct EvaluateOptions {
   std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
   std::string hand, protocol = "geocage-force", unit = "m";
+  bool margins = false;  ///< bisected, too
 };
 int evaluate(const Shared& shared, const EvaluateOptions& options);
 

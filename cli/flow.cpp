@@ -374,8 +374,8 @@ class Planner {
       }
       const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
                                occupancy, hands_[i]);
-      const auto ways =
-          slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud, hands_[i]);
+      const auto ways = slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud,
+                             occupancy, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
       auto cage_params = p.cage;
@@ -441,7 +441,7 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
     for (const auto& variant : variants)
       planner.add(object, variant, [&](const std::string& name) {
         Chosen chosen;
-        apply_known(object.settings, "the catalogue", chosen, mistakes);
+        apply_known(object.settings, "", chosen, mistakes);
         apply_known(script.stage_settings, "", chosen, mistakes);
         for (const auto& [known, setting] : script.object_settings)
           if (known == object.name || known == name)

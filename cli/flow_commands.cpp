@@ -80,18 +80,24 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
+/// A path that means the same in every folder; other words as they are.
+std::string anywhere(const std::string& word) {
+  std::error_code ignored;
+  return fs::exists(word, ignored) ? fs::absolute(word).lexically_normal().string() : word;
+}
+
 /// The command that plans the same flow, for the ledger.
 std::string command_of(const Shared& shared, const FlowRequest& request) {
   std::string command = "geocage run";
-  if (request.file) command += " " + quoted(request.file->string());
+  if (request.file) command += " " + quoted(anywhere(request.file->string()));
   const auto option = [&](const char* name, const std::string& value) {
     if (!value.empty()) command += std::string(" ") + name + " " + quoted(value);
   };
-  option("--dataset", request.dataset);
+  option("--dataset", anywhere(request.dataset));
   option("--object", request.object);
-  option("--hand", request.hand);
+  option("--hand", anywhere(request.hand));
   for (const auto& set : request.sets) option("--set", set);
-  option("--store", shared.store.string());
+  option("--store", fs::absolute(shared.store).lexically_normal().string());
   return command;
 }
 

@@ -6,7 +6,9 @@
 #include "geometry/distance_field.h"
 #include "hands/caging.h"
 #include "hands/closing.h"
+#include "hands/net.h"
 #include "reports/hand_sheet.h"
+#include "stages/remesh/remesh.h"
 
 namespace geocage::cli {
 
@@ -35,10 +37,7 @@ Eigen::Matrix3d grasp_frame(const hands::Hand& hand) {
 }
 
 double worth(const hands::Hand& hand, const Prop& prop, const Pose& X_OH, const hands::ClosedHand& closed) {
-  std::vector<Pose> X_HL;
-  std::vector<hands::PlacedCapsule> placed;
-  hands::forward_kinematics(hand.tree, closed.q, X_HL);
-  hands::place_capsules(hand, X_OH, X_HL, placed);
+  const auto placed = hands::placed_capsules(hand, X_OH, closed.q);
   return closed.fingers_touching + hands::blocked_share(prop.field, placed) +
          0.3 * hands::closure_margin(closed.contacts);
 }
@@ -63,6 +62,23 @@ reports::HandAtObject closed_on(const hands::Hand& hand, const Prop& prop) {
   return best;
 }
 
+constexpr double net_edge_m = 0.008;  // coarse enough to be seen
+
+/// The net over the side of an object (+x), laid or drawn tight.
+reports::NetOnObject net_on(const hands::Hand& hand, const Prop& prop, bool tight) {
+  pipeline::Run run;
+  const auto even = stages::remesh({.edge_length_m = net_edge_m}, run, prop.mesh_O);
+  int side = 0;
+  for (int v = 1; v < static_cast<int>(even.vertices.size()); ++v)
+    if (even.vertices[v].x() - std::abs(even.vertices[v].z()) >
+        even.vertices[side].x() - std::abs(even.vertices[side].z()))
+      side = v;
+  const hands::TighteningRule rule{.steps = tight ? hands::TighteningRule{}.steps : 0};
+  return {prop.mesh_O,
+          hands::tighten_net(hand, even, prop.field, side, hand.ball_radius_m, -Vec3::UnitX(), rule),
+          {Vec3(1, -0.7, 0.5).normalized(), Vec3::UnitZ()}};
+}
+
 }  // namespace
 
 void write_hand_pictures(const std::vector<hands::Hand>& hands, const std::filesystem::path& folder) {
@@ -72,7 +88,12 @@ void write_hand_pictures(const std::vector<hands::Hand>& hands, const std::files
   const std::vector<Prop> props = {prop(datasets::icosphere(0.034, 4)),
                                    prop(datasets::capped_cylinder(0.028, 0.17, 64)), prop(cup)};
   for (const hands::Hand& hand : hands) {
-    if (hand.net) continue;
+    if (hand.net) {
+      std::vector<reports::NetOnObject> nets = {net_on(hand, props.front(), false)};
+      for (const Prop& at : props) nets.push_back(net_on(hand, at, true));
+      reports::write_png(folder / (hand.name + ".png"), reports::net_sheet(nets));
+      continue;
+    }
     std::vector<reports::HandAtObject> closed;
     for (const Prop& at : props) closed.push_back(closed_on(hand, at));
     reports::write_png(folder / (hand.name + ".png"), reports::hand_sheet(hand, closed));

@@ -39,6 +39,7 @@ const std::map<std::string, const char*> examples = {
     {"score", "geocage score mug.ply --radius-m 0.06 --out scores.ply"},
     {"writhe", "geocage writhe a.csv b.csv --json"},
     {"view", "geocage view mug.ply grasp.json --out view"},
+    {"plan", "geocage plan scene.toml --json"},
     {"evaluate", "geocage evaluate --mesh mug.ply --hand schunk_sdh --grasp grasp.json --protocol all"},
     {"man", "geocage man | man -l -"},
     {"completion", "source <(geocage completion)"},

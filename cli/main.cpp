@@ -205,6 +205,11 @@ class Program {
     sub->add_option("--units", view_.unit, "unit of meshes: m, cm, mm, inch, or metres per unit");
     sub->add_option("--out", shared_.out, "folder of the page");
 
+    sub = command("plan", "search the motion that a scene asks for, and prove it free",
+                  [this] { return plan(shared_, scene_); });
+    sub->add_option("SCENE", scene_, "robot, obstacles, tasks and horizon (TOML; docs/planning.md)")
+        ->required();
+
     sub = command("evaluate", "test a grasp in physics", [this] { return evaluate(shared_, evaluate_); });
     sub->add_option("--mesh", evaluate_.mesh)->required();
     sub->add_option("--hand", evaluate_.hand)->required();
@@ -212,6 +217,8 @@ class Program {
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
+    sub->add_flag("--margins", evaluate_.margins,
+                  "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");
   }
 
@@ -224,7 +231,7 @@ class Program {
   ViewOptions view_;
   QueryOptions query_;
   std::string slot_, name_;
-  std::filesystem::path pictures_;
+  std::filesystem::path pictures_, scene_;
   bool dry_run_ = false;
   std::function<int()> chosen_;
 };

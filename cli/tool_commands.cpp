@@ -196,20 +196,58 @@ struct Evaluated {
   std::vector<physics::Recording> recordings;
 };
 
-Evaluated evaluated(const std::string& protocol, const std::string& where, bool record,
+std::string level_text(const json& margin, const char* unit) {
+  if (margin["level"].is_null()) return fmt::format("fails at {:g}{}", margin["easy"].get<double>(), unit);
+  const double level = margin["level"];
+  return fmt::format("{}{:.3g}{}", margin["level"] == margin["hard"] ? "beyond " : "", level, unit);
+}
+
+/// What an entry holds beside outcome and reason, a line each.
+std::vector<std::string> details_of(const json& entry) {
+  std::vector<std::string> lines;
+  if (entry.contains("lift") && !entry["lift"].is_null())
+    lines.push_back(fmt::format("lift and shake: {}, ended in '{}'{}", entry["lift"]["outcome"].get<std::string>(),
+                                entry["lift"]["phase"].get<std::string>(),
+                                entry["lift"]["outcome"] != "held"      ? ""
+                                : entry["lift"]["released"].get<bool>() ? ", fell when the hand opened"
+                                                                        : ", but stuck to the open hand"));
+  if (entry.contains("margins") && !entry["margins"].is_null()) {
+    const json& margins = entry["margins"];
+    lines.push_back(fmt::format("pose noise of 5 mm and 5 deg: held in {} of {} draws",
+                                margins["held"].get<int>(), margins["draws"].get<int>()));
+    lines.push_back(fmt::format("in 95 % of draws: smallest friction {}, largest push {}, largest noise {}",
+                                level_text(margins["friction"], ""), level_text(margins["push_m_s2"], " m/s^2"),
+                                level_text(margins["noise"], " times that")));
+  }
+  if (entry.contains("loosening"))
+    for (const json& one : entry["loosening"])
+      lines.push_back(fmt::format("finger {} may open by a share of {}", one["finger"].get<std::string>(),
+                                  level_text(one["share"], "")));
+  lines.push_back("self-check: half step " + entry["self_check"]["agree_at_half_step"].dump() + " of " +
+                  entry["self_check"]["trials"].dump() + ", twice the iterations " +
+                  entry["self_check"]["agree_with_twice_iterations"].dump());
+  for (const json& line : entry["self_check"]["disagreements"]) lines.push_back(line.get<std::string>());
+  return lines;
+}
+
+Evaluated evaluated(const std::string& protocol, const std::string& where, const EvaluateOptions& options,
                     const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
                     const geometry::SignedDistanceField& field, const hands::Hand& hand) {
   pipeline::Run run;
   Evaluated seen;
   const auto keep = [&](const auto& all) {
-    for (const auto& evaluation : all.list) seen.entries.push_back(stages::to_json(all, evaluation));
+    for (const auto& evaluation : all.list) {
+      seen.entries.push_back(stages::to_json(all, evaluation));
+      seen.entries.back()["self_check"] = physics::to_json(all.self_check);
+    }
     seen.recordings = all.recordings;
   };
-  const int recorded = record ? static_cast<int>(grasps.grasps.size()) : 0;
+  const int every = static_cast<int>(grasps.grasps.size());
+  const int recorded = options.record.empty() ? 0 : every, bisected = options.margins ? every : 0;
   if (protocol == cage_protocol) {
     stages::CageParams params;
     params.object_geometry = "given";
-    params.recorded_grasps = recorded;
+    params.recorded_grasps = recorded, params.margin_grasps = bisected;
     keep(pipeline::contained<stages::CageEvaluations>(limits_of_evaluation(), where, [&] {
       return stages::cage(params, run, grasps, mesh, field, hand);
     }));
@@ -217,7 +255,7 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, bool 
     stages::EvaluateParams params;
     params.protocol = protocol;
     params.object_geometry = "given";
-    params.recorded_grasps = recorded;
+    params.recorded_grasps = recorded, params.lift_grasps = every, params.margin_grasps = bisected;
     keep(pipeline::contained<stages::Evaluations>(limits_of_evaluation(), where, [&] {
       return stages::evaluate(params, run, grasps, motion::TrajectorySet{}, mesh, field, hand);
     }));
@@ -248,7 +286,7 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   json list = json::array();
   std::vector<physics::Recording> recordings;
   for (const auto& protocol : protocols) {
-    Evaluated seen = evaluated(protocol, where, !options.record.empty(), grasps, mesh, field, hand);
+    Evaluated seen = evaluated(protocol, where, options, grasps, mesh, field, hand);
     for (json& entry : seen.entries) list.push_back(std::move(entry));
     std::ranges::move(seen.recordings, std::back_inserter(recordings));
   }
@@ -264,6 +302,8 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     if (!shared.json && protocols.size() == 1) fmt::print("{}: {}\n", outcome, reason);
     if (!shared.json && protocols.size() > 1)
       fmt::print("{:<14} grasp {:<3} {:<10} {}\n", protocol, entry["grasp"].get<int>(), outcome, reason);
+    if (!shared.json)
+      for (const std::string& line : details_of(entry)) fmt::print("  {}\n", line);
   }
   if (shared.json && list.size() == 1) fmt::print("{}\n", list.front().dump(2));
   if (shared.json && list.size() != 1)

@@ -145,7 +145,7 @@ SignedDistanceField clearance_field(const Occupancy& map, const ClearanceRule& r
     const double distance = std::min(most, std::sqrt(solid[i] ? to_open[i] : to_solid[i])) - 0.5;
     field.coarse.push_back(static_cast<float>((solid[i] ? -distance : distance) * field.cell_m));
   }
-  field.block.assign(std::size_t(cells.size[0] - 1) * (cells.size[1] - 1) * (cells.size[2] - 1), -1);
+  field.block.assign(std::size_t(cells.size[0] - 1) * (cells.size[1] - 1) * (cells.size[2] - 1), 0);
   return field;
 }
 

@@ -23,7 +23,8 @@ struct Corners {
   const float* at;
   std::ptrdiff_t dy, dz;
   double fx, fy, fz;
-  bool fine, in_grid;
+  int parts;  ///< fine cells along the coarse one
+  bool in_grid;
 };
 
 /// p in cells of the grid, along axis i.
@@ -41,17 +42,17 @@ inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O)
   const std::ptrdiff_t nx = field.nodes[0], ny = field.nodes[1];
   const Place px = place_in(qx, field.nodes[0] - 1), py = place_in(qy, field.nodes[1] - 1),
               pz = place_in(qz, field.nodes[2] - 1);
-  const int b = field.block[px.cell + (nx - 1) * (py.cell + (ny - 1) * pz.cell)];
-  if (b < 0) {
+  const std::uint32_t block = field.block[px.cell + (nx - 1) * (py.cell + (ny - 1) * pz.cell)];
+  if (block == 0) {
     const float* at = field.coarse.data() + px.cell + nx * (py.cell + ny * pz.cell);
-    return {at, nx, nx * ny, px.fraction, py.fraction, pz.fraction, false, in_grid};
+    return {at, nx, nx * ny, px.fraction, py.fraction, pz.fraction, 1, in_grid};
   }
-  const int refine = field.refine;
-  const std::ptrdiff_t n = refine + 1;
-  const Place fx = place_in(px.fraction * refine, refine), fy = place_in(py.fraction * refine, refine),
-              fz = place_in(pz.fraction * refine, refine);
-  const float* at = field.fine.data() + fx.cell + n * (fy.cell + n * (fz.cell + n * b));
-  return {at, n, n * n, fx.fraction, fy.fraction, fz.fraction, true, in_grid};
+  const int parts = static_cast<int>(block & 15);
+  const std::ptrdiff_t n = parts + 1;
+  const Place fx = place_in(px.fraction * parts, parts), fy = place_in(py.fraction * parts, parts),
+              fz = place_in(pz.fraction * parts, parts);
+  const float* at = field.fine.data() + (block >> 4) + fx.cell + n * (fy.cell + n * fz.cell);
+  return {at, n, n * n, fx.fraction, fy.fraction, fz.fraction, parts, in_grid};
 }
 
 /// From the grid's box to the point.
@@ -67,7 +68,7 @@ Vec3 beyond_m(const SignedDistanceField& field, const Vec3& p_O) {
 /// Trilinear value; with a gradient (per cell) where one is asked for. The value is the same to the bit.
 template <bool with_gradient>
 inline double interpolate(const Corners& corners, Vec3* gradient) {
-  const auto [at, dy, dz, fx, fy, fz, fine, in_grid] = corners;
+  const auto [at, dy, dz, fx, fy, fz, parts, in_grid] = corners;
   const double c000 = at[0], c100 = at[1], c010 = at[dy], c110 = at[dy + 1];
   const double c001 = at[dz], c101 = at[dz + 1], c011 = at[dz + dy], c111 = at[dz + dy + 1];
   const double x00 = c000 + fx * (c100 - c000), x10 = c010 + fx * (c110 - c010);
@@ -92,10 +93,7 @@ double SignedDistanceField::value(const Vec3& p_O) const {
 double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {
   const Corners corners = corners_around(*this, p_O);
   const double distance = interpolate<true>(corners, &gradient);
-  if (corners.fine)
-    gradient *= refine / cell_m;
-  else
-    gradient /= cell_m;
+  gradient *= corners.parts / cell_m;
   if (corners.in_grid) return distance;
   const Vec3 beyond = beyond_m(*this, p_O);
   const double away = beyond.norm();
@@ -103,6 +101,17 @@ double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {
   for (int i = 0; i < 3; ++i)
     if (beyond[i] != 0) gradient[i] = beyond[i] / away;
   return distance + away;
+}
+
+SignedDistanceField::Cell SignedDistanceField::cell_at(const Vec3& p_O) const {
+  const Corners corners = corners_around(*this, p_O);
+  return {cell_m / corners.parts, {corners.fx, corners.fy, corners.fz}};
+}
+
+double SignedDistanceField::finest_cell_m() const {
+  std::uint32_t most = 1;
+  for (std::uint32_t b : block) most = std::max(most, b & 15);
+  return cell_m / most;
 }
 
 double brute_force_distance_m(const TriangleMesh& mesh, const Vec3& p) {

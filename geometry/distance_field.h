@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 #include <vector>
@@ -8,17 +9,29 @@
 namespace geocage::geometry {
 
 /// Signed distance to a closed surface, negative inside: a dense grid of exact distances at its nodes, and
-/// around the surface a finer block inside each coarse cell, so that thin walls keep both their sides.
-/// Trilinear between nodes. Outside the grid: distance to the grid's box plus the value at the nearest point
-/// of the box, an over-estimate by at most that of the box distance.
+/// finer blocks inside coarse cells that the surface may cross, so that thin walls keep both their sides, or
+/// that are too coarse for the distance in them. Trilinear between nodes. Outside the grid: distance to the
+/// grid's box plus the value at the nearest point of the box, an over-estimate by at most that of the box
+/// distance.
 struct SignedDistanceField {
   Vec3 origin = Vec3::Zero();  ///< node (0,0,0), in O
   double cell_m = 0;           ///< coarse cell
   std::array<int, 3> nodes = {0, 0, 0};
   std::vector<float> coarse;  ///< x fastest
-  int refine = 1;             ///< fine cells along a coarse cell
-  std::vector<int> block;     ///< per coarse cell: index of its block, or -1 (x fastest)
-  std::vector<float> fine;    ///< (refine+1)^3 nodes a block, x fastest
+  /// Per coarse cell (x fastest): 0, or 16 begin + n where its block of (n+1)^3 nodes, n fine cells a side,
+  /// begins at fine[begin].
+  std::vector<std::uint32_t> block;
+  std::vector<float> fine;  ///< the blocks' nodes, x fastest in each
+
+  /// The cell between whose nodes the value at p is interpolated (at the nearest point of the box when p is
+  /// outside), and where in it p lies, each coordinate in [0, 1].
+  struct Cell {
+    double side_m;
+    Vec3 fraction;
+  };
+  Cell cell_at(const Vec3& p_O) const;
+  /// Side of the smallest cell.
+  double finest_cell_m() const;
 
   double value(const Vec3& p_O) const;
   /// Value, and its gradient (of the interpolant, not normalised) in `gradient`.
@@ -28,13 +41,18 @@ struct SignedDistanceField {
 struct FieldGrid {
   int cells = 64;       ///< along the longest side of the padded box
   double pad_m = 0.03;  ///< free border around the surface's box
-  int refine = 3;
+  int refine = 3;       ///< fine cells along a coarse cell that the surface may cross, at least
+  /// Cells with points outside and nearer to the surface than `near_m` are parted until interpolation errs
+  /// there by about this (at most 15 parts along a coarse cell); 0: no cell is parted for it.
+  double error_m = 2.5e-4;
+  double near_m = 0.005;
 };
 
 /// Exact node distances by Embree closest-point queries (triangle distance in double), sign by flooding
 /// between nodes that no surface can part (|d_a| + |d_b| > |ab|) and a majority of first-hit facings of 5
-/// fixed rays per flooded part. Precondition: closed, outward mesh. Same bytes for any thread count. O(N log
-/// F) for N nodes.
+/// fixed rays per flooded part. How far a cell errs is told from the distances and their gradients at its
+/// corners. Precondition: closed, outward mesh; 1 <= refine <= 15. Same bytes for any thread count. O(N log
+/// F) for N nodes. Errors: UserError (geometry) when the blocks had more than 2^28 nodes.
 SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGrid& grid);
 
 /// The point of triangle abc nearest to p; a triangle without area counts as its edges.

@@ -3,10 +3,16 @@
 
 #include "geometry/distance_field.h"
 #include "geometry/surface_distance.h"
+#include "pipeline/error.h"
 
 namespace geocage::geometry {
 
 namespace {
+
+constexpr int most_parts = 15;                                 // four bits
+constexpr std::size_t most_fine_nodes = std::size_t(1) << 28;  // the others of 32
+
+constexpr int brick = 4;  // nodes along a part of a block that shares its nearest triangles
 
 /// A box of lattice nodes, x fastest.
 struct Lattice {
@@ -21,13 +27,19 @@ struct Lattice {
   }
 };
 
-/// Unsigned distances of one layer of nodes, each search starting from the nearest triangle of the node
-/// before.
-void measure_layer(const SurfaceDistance& surface, const Lattice& lattice, int z, int& nearest,
-                   float* values) {
-  for (int y = 0; y < lattice.nodes[1]; ++y)
-    for (int x = 0; x < lattice.nodes[0]; ++x)
-      values[lattice.index(x, y, z)] = static_cast<float>(surface.distance_m(lattice.at(x, y, z), nearest));
+/// Unsigned distances of one layer of nodes and the triangles that are nearest; each search starts from the
+/// nearer of those of the nodes before it, along x and along y.
+void measure_layer(const SurfaceDistance& surface, const Lattice& lattice, int z, int first_guess,
+                   float* values, int* nearest) {
+  int guess = first_guess;
+  for (int y = 0; y < lattice.nodes[1]; ++y) {
+    const std::ptrdiff_t row = lattice.index(0, y, z);
+    if (y > 0) guess = nearest[row - lattice.nodes[0]];
+    for (int x = 0; x < lattice.nodes[0]; ++x) {
+      values[row + x] = static_cast<float>(surface.distance_m(lattice.at(x, y, z), guess));
+      nearest[row + x] = guess;
+    }
+  }
 }
 
 /// Gives the nodes of a lattice their signs. Two neighbours whose distances add up to more than the step
@@ -67,16 +79,26 @@ void flood_signs(const SurfaceDistance& surface, const Lattice& lattice, const f
       }
 }
 
-void measure_coarse(const SurfaceDistance& surface, const Lattice& lattice, std::vector<float>& values) {
-  values.resize(static_cast<std::size_t>(lattice.size()));
-#pragma omp parallel for schedule(dynamic, 1)
-  for (int z = 0; z < lattice.nodes[2]; ++z) {
-    int nearest = 0;
-    measure_layer(surface, lattice, z, nearest, values.data());
+/// Signed distances of a lattice's nodes, and the triangles that they are distances to.
+struct Measured {
+  std::vector<float> values;
+  std::vector<int> nearest;
+
+  explicit Measured(const Lattice& lattice)
+      : values(static_cast<std::size_t>(lattice.size())), nearest(values.size()) {}
+  void give_signs(const SurfaceDistance& surface, const Lattice& lattice, std::vector<signed char> known) {
+    flood_signs(surface, lattice, values.data(), known);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] *= known[i];
   }
-  std::vector<signed char> sign(values.size(), 0);
-  flood_signs(surface, lattice, values.data(), sign);
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] *= sign[i];
+};
+
+Measured measure_coarse(const SurfaceDistance& surface, const Lattice& lattice) {
+  Measured measured(lattice);
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int z = 0; z < lattice.nodes[2]; ++z)
+    measure_layer(surface, lattice, z, 0, measured.values.data(), measured.nearest.data());
+  measured.give_signs(surface, lattice, std::vector<signed char>(measured.values.size(), 0));
+  return measured;
 }
 
 std::array<float, 8> corners_of(const Lattice& lattice, const std::vector<float>& values, int x, int y,
@@ -98,18 +120,164 @@ bool may_be_crossed(const std::array<float, 8>& corners, double cell_m) {
   return least <= diagonal / 2 && most <= diagonal;
 }
 
-/// The (refine + 1)^3 nodes inside one coarse cell; corners keep the coarse nodes' signs.
-void measure_block(const SurfaceDistance& surface, const Lattice& block, const std::array<float, 8>& corners,
-                   float* values) {
+/// Some nodes of a block, from `at` on. `candidates` are near the block; `near` is room for those near the
+/// brick.
+void measure_brick(const SurfaceDistance& surface, const Lattice& block,
+                   const SurfaceDistance::Near& candidates, const std::array<int, 3>& at,
+                   SurfaceDistance::Near& near, Measured& measured) {
+  std::array<int, 3> end;
+  for (int i = 0; i < 3; ++i) end[i] = std::min(at[i] + brick, block.nodes[i]);
+  const Vec3 low = block.at(at[0], at[1], at[2]), high = block.at(end[0] - 1, end[1] - 1, end[2] - 1);
+  surface.near_ball((low + high) / 2, (high - low).norm() / 2, candidates, near);
+  int nearest = near.triangles.front().triangle;
+  for (int z = at[2]; z < end[2]; ++z)
+    for (int y = at[1]; y < end[1]; ++y)
+      for (int x = at[0]; x < end[0]; ++x) {
+        const std::ptrdiff_t i = block.index(x, y, z);
+        measured.values[i] = static_cast<float>(surface.distance_m(block.at(x, y, z), near, nearest));
+        measured.nearest[i] = nearest;
+      }
+}
+
+/// The block of a coarse cell, `parts` along it; its corners keep the coarse nodes' signs.
+Measured measure_block(const SurfaceDistance& surface, const Lattice& block,
+                       const std::array<float, 8>& corners, int first_guess) {
   const int n = block.nodes[0];
-  int nearest = 0;
-  for (int z = 0; z < n; ++z) measure_layer(surface, block, z, nearest, values);
-  std::vector<signed char> sign(static_cast<std::size_t>(block.size()), 0);
+  Measured measured(block);
+  const double radius_m = std::sqrt(0.75) * (n - 1) * block.step_m;
+  const auto candidates = surface.near_ball(block.at(0, 0, 0) + Vec3::Constant(0.5 * (n - 1) * block.step_m),
+                                            radius_m, first_guess);
+  SurfaceDistance::Near near;
+  for (int z = 0; z < n; z += brick)
+    for (int y = 0; y < n; y += brick)
+      for (int x = 0; x < n; x += brick) measure_brick(surface, block, candidates, {x, y, z}, near, measured);
+  std::vector<signed char> sign(measured.values.size(), 0);
   for (int c = 0; c < 8; ++c)
     sign[block.index((c & 1) * (n - 1), (c >> 1 & 1) * (n - 1), (c >> 2) * (n - 1))] =
         corners[c] < 0 ? -1 : 1;
-  flood_signs(surface, block, values, sign);
-  for (std::ptrdiff_t i = 0; i < block.size(); ++i) values[i] *= sign[i];
+  measured.give_signs(surface, block, std::move(sign));
+  return measured;
+}
+
+/// How much interpolation errs in a cell, told from distances and gradients at its corners. Along an edge
+/// with chord slope c and end slopes a and b, two straight lines meet l |a-c| |c-b| / (|a-c| + |c-b|) off the
+/// chord: the error at a ridge between two walls, and twice that of a parabola. Edges along the three axes
+/// add up.
+struct Bend {
+  double ridge_m = 0;  ///< where slopes fall; halves with the cell's side
+  double round_m = 0;  ///< where they rise, as in front of an edge or a corner; quarters with it
+
+  /// Parts along the cell until this comes down to `error_m`.
+  int parts(double error_m, bool crossed) const {
+    const double ridges = ridge_m / error_m, rounds = round_m / error_m;
+    // At the surface itself a corner stays a corner however near one looks.
+    return static_cast<int>(std::ceil(
+        std::min<double>(std::max({1.0, ridges, crossed ? rounds : std::sqrt(rounds)}), most_parts)));
+  }
+};
+
+/// Which cells are too coarse.
+class Judge {
+ public:
+  Judge(const SurfaceDistance& surface, const FieldGrid& grid) : surface_(surface), grid_(grid) {}
+
+  /// Parts along a cell of a lattice, whose corner nearest to the origin is (x, y, z); 1 when it is fine as
+  /// it is.
+  int parts(const Lattice& lattice, const Measured& measured, int x, int y, int z, bool crossed) const {
+    if (grid_.error_m <= 0) return 1;
+    const auto corners = corners_of(lattice, measured.values, x, y, z);
+    if (!matters(corners, lattice.step_m)) return 1;
+    std::array<Vec3, 8> slopes;
+    for (int c = 0; c < 8; ++c)
+      slopes[c] = slope(lattice, measured, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+    return bend(corners, slopes, lattice.step_m).parts(grid_.error_m, crossed);
+  }
+  /// The most parts along a cell of a block.
+  int parts(const Lattice& block, const Measured& measured) const {
+    if (grid_.error_m <= 0) return 1;
+    std::vector<Vec3> slopes(measured.values.size());
+    for (int z = 0; z < block.nodes[2]; ++z)
+      for (int y = 0; y < block.nodes[1]; ++y)
+        for (int x = 0; x < block.nodes[0]; ++x)
+          slopes[block.index(x, y, z)] = slope(block, measured, x, y, z);
+    int most = 1;
+    for (int z = 0; z + 1 < block.nodes[2]; ++z)
+      for (int y = 0; y + 1 < block.nodes[1]; ++y)
+        for (int x = 0; x + 1 < block.nodes[0]; ++x) {
+          const auto corners = corners_of(block, measured.values, x, y, z);
+          if (!matters(corners, block.step_m)) continue;
+          std::array<Vec3, 8> around;
+          for (int c = 0; c < 8; ++c)
+            around[c] = slopes[block.index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
+          const bool crossed = may_be_crossed(corners, block.step_m);
+          most = std::max(most, bend(corners, around, block.step_m).parts(grid_.error_m, crossed));
+        }
+    return most;
+  }
+
+ private:
+  /// Whether points of the cell are outside and near.
+  bool matters(const std::array<float, 8>& corners, double side_m) const {
+    const auto [least, most] = std::minmax_element(corners.begin(), corners.end());
+    return *most > 0 && *least <= grid_.near_m + side_m / 2;
+  }
+
+  /// Gradient of the signed distance at a node.
+  Vec3 slope(const Lattice& lattice, const Measured& measured, int x, int y, int z) const {
+    const std::ptrdiff_t i = lattice.index(x, y, z);
+    const Vec3 p_O = lattice.at(x, y, z);
+    const int nearest = measured.nearest[i];
+    const Vec3 away = p_O - surface_.nearest_point(p_O, nearest);
+    const double length = away.norm();
+    if (length > 1e-9) return away * ((measured.values[i] < 0 ? -1 : 1) / length);
+    const Vec3& normal = surface_.normal(nearest);
+    return normal.allFinite() ? normal : Vec3::Zero();
+  }
+
+  static Bend bend(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m) {
+    Bend bend;
+    for (int axis = 0; axis < 3; ++axis) {
+      double ridge_m = 0, round_m = 0;
+      for (int c = 0; c < 8; ++c) {
+        if (c >> axis & 1) continue;
+        const int d = c | 1 << axis;
+        if (corners[c] <= 0 && corners[d] <= 0) continue;  // inside nobody asks
+        const double chord = (corners[d] - corners[c]) / side_m;
+        const double at_c = std::abs(slopes[c][axis] - chord), at_d = std::abs(chord - slopes[d][axis]);
+        const double off_m = at_c + at_d > 0 ? side_m * at_c * at_d / (at_c + at_d) : 0;
+        double& most = slopes[c][axis] > slopes[d][axis] ? ridge_m : round_m;
+        most = std::max(most, off_m);
+      }
+      bend.ridge_m += ridge_m;
+      bend.round_m += round_m;
+    }
+    return bend;
+  }
+
+  const SurfaceDistance& surface_;
+  const FieldGrid& grid_;
+};
+
+/// A coarse cell that is parted.
+struct Parted {
+  std::array<int, 3> at;
+  int parts;
+};
+
+/// A block's values, of `parts` along the cell, or of more where the block shows that they are too few.
+std::vector<float> measure_parted(const SurfaceDistance& surface, const Judge& judge, const Lattice& coarse,
+                                  const Measured& measured, Parted& cell) {
+  const auto [x, y, z] = cell.at;
+  const auto corners = corners_of(coarse, measured.values, x, y, z);
+  for (bool again = false;; again = true) {
+    const int n = cell.parts + 1;
+    const Lattice block{coarse.at(x, y, z), coarse.step_m / cell.parts, {n, n, n}};
+    Measured fine = measure_block(surface, block, corners, measured.nearest[coarse.index(x, y, z)]);
+    if (again || cell.parts == most_parts) return std::move(fine.values);
+    const int more = judge.parts(block, fine);
+    if (more == 1) return std::move(fine.values);
+    cell.parts = std::min(cell.parts * more, most_parts);
+  }
 }
 
 }  // namespace
@@ -121,35 +289,46 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
   SignedDistanceField field;
   field.cell_m = size.maxCoeff() / grid.cells;
   field.origin = low;
-  field.refine = grid.refine;
   for (int i = 0; i < 3; ++i) field.nodes[i] = static_cast<int>(std::ceil(size[i] / field.cell_m - 1e-9)) + 1;
 
   const SurfaceDistance surface(mesh);
+  const Judge judge(surface, grid);
   const Lattice coarse{field.origin, field.cell_m, field.nodes};
-  measure_coarse(surface, coarse, field.coarse);
+  Measured measured = measure_coarse(surface, coarse);
 
   const std::array<int, 3> cells = {field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1};
-  std::vector<std::array<int, 3>> refined;
-  field.block.assign(std::size_t(cells[0]) * cells[1] * cells[2], -1);
-  for (int z = 0, cell = 0; z < cells[2]; ++z)
+  std::vector<std::vector<Parted>> of_layer(static_cast<std::size_t>(cells[2]));
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int z = 0; z < cells[2]; ++z)
     for (int y = 0; y < cells[1]; ++y)
-      for (int x = 0; x < cells[0]; ++x, ++cell) {
-        if (!may_be_crossed(corners_of(coarse, field.coarse, x, y, z), field.cell_m)) continue;
-        field.block[cell] = static_cast<int>(refined.size());
-        refined.push_back({x, y, z});
+      for (int x = 0; x < cells[0]; ++x) {
+        const bool crossed = may_be_crossed(corners_of(coarse, measured.values, x, y, z), field.cell_m);
+        const int parts =
+            std::max(crossed ? grid.refine : 1, judge.parts(coarse, measured, x, y, z, crossed));
+        if (crossed || parts > 1) of_layer[static_cast<std::size_t>(z)].push_back({{x, y, z}, parts});
       }
+  std::vector<Parted> parted;
+  for (const auto& layer : of_layer) parted.insert(parted.end(), layer.begin(), layer.end());
 
-  const int n = grid.refine + 1;
-  const std::ptrdiff_t block_size = std::ptrdiff_t(n) * n * n;
-  field.fine.resize(refined.size() * static_cast<std::size_t>(block_size));
+  std::vector<std::vector<float>> blocks(parted.size());
 #pragma omp parallel for schedule(dynamic, 64)
-  for (std::size_t b = 0; b < refined.size(); ++b) {
-    const auto& [x, y, z] = refined[b];
-    std::array<float, 8> corners;
-    for (int c = 0; c < 8; ++c)
-      corners[c] = field.coarse[coarse.index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
-    const Lattice block{coarse.at(x, y, z), field.cell_m / grid.refine, {n, n, n}};
-    measure_block(surface, block, corners, field.fine.data() + std::ptrdiff_t(b) * block_size);
+  for (std::size_t b = 0; b < parted.size(); ++b)
+    blocks[b] = measure_parted(surface, judge, coarse, measured, parted[b]);
+
+  std::size_t nodes = 0;
+  for (const auto& block : blocks) nodes += block.size();
+  if (nodes >= most_fine_nodes)
+    throw pipeline::UserError(pipeline::Fault::geometry, "field",
+                              "its blocks have " + std::to_string(nodes) + " nodes, and can have 2^28",
+                              "fewer cells, a smaller refine, or a larger error_m");
+  field.coarse = std::move(measured.values);
+  field.block.assign(std::size_t(cells[0]) * cells[1] * cells[2], 0);
+  field.fine.reserve(nodes);
+  for (std::size_t b = 0; b < parted.size(); ++b) {
+    const auto [x, y, z] = parted[b].at;
+    field.block[x + std::size_t(cells[0]) * (y + std::size_t(cells[1]) * z)] =
+        static_cast<std::uint32_t>(16 * field.fine.size() + static_cast<std::size_t>(parted[b].parts));
+    field.fine.insert(field.fine.end(), blocks[b].begin(), blocks[b].end());
   }
   return field;
 }

@@ -58,12 +58,11 @@ void save_artefact(const SignedDistanceField& field, const fs::path& dir) {
   write_numbers(blocks, field.fine);
   expect(blocks.flush(), dir / "blocks.bin");
   std::ofstream meta(dir / "field.json");
-  meta << json{{"schema", "geocage-field 1"},
+  meta << json{{"schema", "geocage-field 2"},
                {"origin_m", {field.origin.x(), field.origin.y(), field.origin.z()}},
                {"cell_m", field.cell_m},
                {"nodes", field.nodes},
-               {"refine", field.refine},
-               {"blocks", field.fine.size()}}
+               {"fine_nodes", field.fine.size()}}
               .dump(1)
        << "\n";
   expect(meta.flush(), dir / "field.json");
@@ -76,11 +75,10 @@ void load_artefact(SignedDistanceField& field, const fs::path& dir) {
   for (int i = 0; i < 3; ++i) field.origin[i] = read["origin_m"][i];
   field.cell_m = read["cell_m"];
   field.nodes = read["nodes"].get<std::array<int, 3>>();
-  field.refine = read["refine"];
   const auto& n = field.nodes;
   field.coarse.resize(std::size_t(n[0]) * n[1] * n[2]);
   field.block.resize(std::size_t(n[0] - 1) * (n[1] - 1) * (n[2] - 1));
-  field.fine.resize(read["blocks"]);
+  field.fine.resize(read["fine_nodes"]);
   std::ifstream coarse(dir / "coarse.nrrd", std::ios::binary);
   coarse.seekg(static_cast<std::streamoff>(nrrd_header(field).size()));
   read_numbers(coarse, field.coarse);

@@ -23,21 +23,56 @@ namespace {
 constexpr double rank_tolerance = 1e-9;  // of singular values against the largest: far above rounding (1e-15)
 constexpr double inside_tolerance = 1e-9;  // of facet offsets: wrenches have lengths near 1
 
-/// Columns: the wrenches of all edges of all cones, the tangential part times `widen`.
+/// Corners of a polyhedron in the unit ball of what friction resists, and how much it must grow to hold the
+/// ball. Coordinates: two tangential forces, torsion. Points resist no torsion: a polygon in the unit circle.
+/// Soft contacts: rings of the polygon at the latitudes 0 and +-45 degrees, and the poles.
+struct Resisted {
+  std::vector<Vec3> corners;
+  double growth = 1;
+};
+Resisted resisted(const FrictionModel& model) {
+  if (model.mu <= 0) return {{Vec3::Zero()}, 1};
+  Resisted all;
+  const double side = std::cos(std::numbers::pi / model.edges);  // a polygon's middle of a side
+  const auto ring = [&](double radius, double height) {
+    for (int j = 0; j < model.edges; ++j) {
+      const double at = 2 * std::numbers::pi * j / model.edges;
+      all.corners.emplace_back(radius * std::cos(at), radius * std::sin(at), height);
+    }
+  };
+  ring(1, 0);
+  all.growth = 1 / side;
+  if (model.torsion_m <= 0) return all;
+  const double half = std::numbers::sqrt2 / 2;
+  ring(half, half);
+  ring(half, -half);
+  all.corners.emplace_back(0, 0, 1);
+  all.corners.emplace_back(0, 0, -1);
+  // Faces touch the lines between the rings' sides: their distances from the centre, in the plane of a side.
+  const auto away = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return std::abs(a.x() * b.y() - a.y() * b.x()) / (a - b).norm();
+  };
+  const Eigen::Vector2d equator(side, 0), middle(half * side, half), pole(0, 1);
+  all.growth = 1 / std::min(away(equator, middle), away(middle, pole));
+  return all;
+}
+
+/// Columns: the wrenches of all corners of all contacts, friction's part times `widen`.
 Eigen::MatrixXd wrenches(const std::vector<Contact>& contacts, const FrictionModel& model, WrenchPart part,
-                         double widen) {
-  const int edges = model.mu > 0 ? model.edges : 1;
+                         const std::vector<Vec3>& corners, double widen) {
   const int rows = part == WrenchPart::force ? 3 : 6;
-  Eigen::MatrixXd all(rows, edges * static_cast<Eigen::Index>(contacts.size()));
+  Eigen::MatrixXd all(rows, static_cast<Eigen::Index>(corners.size() * contacts.size()));
   Eigen::Index column = 0;
   for (const Contact& contact : contacts) {
     const Eigen::Matrix3d frame = geometry::frame_from_z(-contact.n_O);
-    for (int j = 0; j < edges; ++j) {
-      const double at = 2 * std::numbers::pi * j / edges, tangential = widen * model.mu;
-      const Vec3 f = frame * Vec3(tangential * std::cos(at), tangential * std::sin(at), 1);
+    for (const Vec3& corner : corners) {
+      const Vec3 friction = widen * model.mu * corner;
+      const Vec3 f = frame * Vec3(friction.x(), friction.y(), 1);
       all.col(column).head<3>() = f;
       if (rows == 6)
-        all.col(column).tail<3>() = (contact.p_O - model.center_O).cross(f) / model.torque_length_m;
+        all.col(column).tail<3>() =
+            ((contact.p_O - model.center_O).cross(f) - model.torsion_m * friction.z() * contact.n_O) /
+            model.torque_length_m;
       ++column;
     }
   }
@@ -106,7 +141,8 @@ ForceClosure force_closure(const std::vector<Contact>& contacts, const FrictionM
                            WrenchPart part) {
   ForceClosure closure;
   if (contacts.empty()) return closure;
-  const Eigen::MatrixXd inner = wrenches(contacts, model, part, 1);
+  const Resisted friction = resisted(model);
+  const Eigen::MatrixXd inner = wrenches(contacts, model, part, friction.corners, 1);
   if (!spans(inner)) {
     closure.outcome = Resistance::rank_deficient;
     return closure;
@@ -117,8 +153,7 @@ ForceClosure force_closure(const std::vector<Contact>& contacts, const FrictionM
   closure.volume = hull.volume;
   closure.high =
       model.mu > 0
-          ? hull_with_origin(wrenches(contacts, model, part, 1 / std::cos(std::numbers::pi / model.edges)))
-                .offset
+          ? hull_with_origin(wrenches(contacts, model, part, friction.corners, friction.growth)).offset
           : closure.low;
   return closure;
 }

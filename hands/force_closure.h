@@ -13,6 +13,9 @@ struct FrictionModel {
   Vec3 center_O = Vec3::Zero();  ///< torques are about it: the centre of mass
   double torque_length_m =
       1;  ///< rho: torques are divided by it; the surface's largest distance from the centre
+  /// Of soft fingers: the torsion about its normal that a contact resists, over mu and the normal force; two
+  /// thirds of the radius of a round patch under even pressure. 0: points, which resist none.
+  double torsion_m = 0;
 };
 
 /// Which part of the wrench must be resisted: forces alone are 3-D.
@@ -32,7 +35,8 @@ std::string_view name_of(Resistance resistance);
 /// the radius of the largest ball around the origin inside the hull of 0 and all w_ij = (f_ij, p_i x f_ij /
 /// rho), f_ij the edges of the inscribed pyramid; `high` that of the circumscribed pyramid. The true quality
 /// of the round cone is in [low, high]; `high` is 0 where even the circumscribed pyramid leaves the origin
-/// outside.
+/// outside. A soft contact's tangential force f_t and torsion t keep within the ellipsoid |f_t|^2 + (t /
+/// torsion_m)^2 <= (mu f_n)^2 (Howe and Cutkosky 1996); polyhedra take its place as pyramids take the cone's.
 struct ForceClosure {
   Resistance outcome = Resistance::no_contact;
   double low = 0, high = 0;

@@ -59,4 +59,12 @@ void place_capsules(const Hand& hand, const Pose& X_WH, const std::vector<Pose>&
   }
 }
 
+std::vector<PlacedCapsule> placed_capsules(const Hand& hand, const Pose& X_WH, const Eigen::VectorXd& q) {
+  std::vector<Pose> X_HL;
+  std::vector<PlacedCapsule> placed;
+  forward_kinematics(hand.tree, q, X_HL);
+  place_capsules(hand, X_WH, X_HL, placed);
+  return placed;
+}
+
 }  // namespace geocage::hands

@@ -50,6 +50,7 @@ struct Hand {
   Vec3 flexion_axis_H = Vec3::UnitY();  ///< normal of the plane that the fingers close in
   std::string spread_dof;               ///< empty when there is none
   double finger_length_m = 0, ball_radius_m = 0;
+  double torsion_m = 0;  ///< of soft pads: FrictionModel::torsion_m; 0 for hard ones
   std::vector<double> ball_radii_m;
   ClosingOrder closing_order = ClosingOrder::proximal_first;
   Eigen::VectorXd open_rad;     ///< pre-grasp: the posture to start closing from; metres where a joint slides
@@ -73,5 +74,7 @@ struct PlacedCapsule {
 };
 void place_capsules(const Hand& hand, const Pose& X_WH, const std::vector<Pose>& X_HL,
                     std::vector<PlacedCapsule>& placed);
+/// The same for one posture, for those that ask now and then: it allocates.
+std::vector<PlacedCapsule> placed_capsules(const Hand& hand, const Pose& X_WH, const Eigen::VectorXd& q);
 
 }  // namespace geocage::hands

@@ -18,11 +18,7 @@ constexpr double sticks_out_m = 0.005;
 constexpr int closing_samples = 20;
 
 std::vector<PlacedCapsule> capsules_at(const Hand& hand, const Eigen::VectorXd& q) {
-  std::vector<Pose> X_HL;
-  std::vector<PlacedCapsule> placed;
-  forward_kinematics(hand.tree, q, X_HL);
-  place_capsules(hand, Pose::Identity(), X_HL, placed);
-  return placed;
+  return placed_capsules(hand, Pose::Identity(), q);
 }
 
 bool has_capsule(const Hand& hand, int link) {

@@ -182,6 +182,7 @@ void read_articulated(TomlTable& table, Hand& hand) {
     table.index("spread_joint", hand.spread_dof,
                 [&](const std::string& name) { return hand.tree.dof(name); });
   hand.closing_order = closing_order(table);
+  if (table.has("torsion_m")) hand.torsion_m = table.length("torsion_m");
   read_fingers(table, hand);
   read_capsules(table, hand);
 }
@@ -225,6 +226,7 @@ void scale_hand(double factor, Hand& hand) {
   hand.palm_H *= factor;
   hand.finger_length_m *= factor;
   hand.ball_radius_m *= factor;
+  hand.torsion_m *= factor;
   for (double& radius_m : hand.ball_radii_m) radius_m *= factor;
 }
 

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
+
+#include "hands/closing.h"
 
 namespace geocage::motion {
 
@@ -21,102 +22,139 @@ double spread(const Vec3& fraction) {
   return (fraction.array() * (1 - fraction.array())).sum();
 }
 
-/// How far a point of each capsule's axis can be from the axis of each joint, whatever the posture.
-Eigen::MatrixXd levers(const hands::Hand& hand) {
-  const auto& tree = hand.tree;
-  Eigen::MatrixXd bound = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(hand.capsules.size()), tree.dofs());
-  for (std::size_t i = 0; i < hand.capsules.size(); ++i) {
-    const auto& capsule = hand.capsules[i];
-    double reach = std::max(capsule.a_L.norm(), capsule.b_L.norm());
-    for (int link = capsule.link; link > 0;) {
-      const auto& joint = tree.joints[static_cast<std::size_t>(link) - 1];
-      if (joint.type == hands::Joint::Type::revolute)
-        bound(static_cast<Eigen::Index>(i), joint.dof) += std::abs(joint.multiplier) * reach;
-      if (joint.type == hands::Joint::Type::prismatic) {
-        bound(static_cast<Eigen::Index>(i), joint.dof) += std::abs(joint.multiplier);
-        reach += std::max(std::abs(joint.lower_rad), std::abs(joint.upper_rad));
-      }
-      reach += joint.X_PJ.translation().norm();
-      link = joint.parent_link;
-    }
-  }
-  return bound;
-}
-
 }  // namespace
 
-double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec3& p_O) {
+double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec3& p_O,
+                           double node_excess_m) {
   const Vec3 cells(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
   const Vec3 wanted = (p_O - field.origin) / field.cell_m;
   const Vec3 inside = wanted.cwiseMax(0).cwiseMin(cells);
   const double away = (wanted - inside).norm() * field.cell_m;
-  const Vec3 cell = inside.array().floor().min(cells.array() - 1);
-  Vec3 fraction = inside - cell;
-  double h = field.cell_m;
-  const auto index = static_cast<std::size_t>(cell[0] + cells[0] * (cell[1] + cells[1] * cell[2]));
-  if (field.block[index] >= 0) {
-    h /= field.refine;
-    fraction *= field.refine;
-    fraction -= fraction.array().floor().matrix();
-  }
-  const double value = field.value(p_O) - away - float_slack_m;
+  const auto [h, fraction] = field.cell_at(p_O);
+  const double value = field.value(p_O) - away - float_slack_m - node_excess_m;
   const double error2 = h * h * spread(fraction), error = std::sqrt(error2);
   const double d = value > error ? std::sqrt(value * value - error2) : value - error;
   return away > 0 ? std::hypot(std::max(d, 0.0), away) : d;
 }
 
-Prover::Prover(const FloatingHand& hand, const geometry::SignedDistanceField& field,
-               const std::optional<geometry::Plane>& support, const ProofRule& rule)
-    : hand_(hand), field_(field), support_(support), rule_(rule), levers_m_(levers(hand.hand())) {
-  reach_m_.resize(levers_m_.rows());
+Prover::Prover(const Mover& mover, const Obstacles& obstacles, std::vector<std::pair<int, int>> self_pairs,
+               const ProofRule& rule)
+    : mover_(mover), obstacles_(obstacles), pairs_(std::move(self_pairs)), rule_(rule) {
+  const auto& tree = mover.hand().tree;
+  for (const auto& capsule : mover.hand().capsules) {
+    // How far a point of its axis can be from the axis of each joint, whatever the posture.
+    std::vector<Lever> levers;
+    double reach = std::max(capsule.a_L.norm(), capsule.b_L.norm());
+    for (int link = capsule.link; link > 0;) {
+      const auto& joint = tree.joints[static_cast<std::size_t>(link) - 1];
+      const bool slides = joint.type == hands::Joint::Type::prismatic;
+      if (joint.type != hands::Joint::Type::fixed)
+        levers.push_back({link, joint.dof, slides, std::abs(joint.multiplier), slides ? 1 : reach});
+      if (slides) reach += std::max(std::abs(joint.lower_rad), std::abs(joint.upper_rad));
+      reach += joint.X_PJ.translation().norm();
+      link = joint.parent_link;
+    }
+    levers_.push_back(std::move(levers));
+  }
+  reach_m_.resize(static_cast<Eigen::Index>(levers_.size()));
+  pair_levers_m_.setZero(static_cast<Eigen::Index>(pairs_.size()), tree.dofs());
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const auto &a = levers_[static_cast<std::size_t>(pairs_[k].first)],
+               &b = levers_[static_cast<std::size_t>(pairs_[k].second)];
+    // Joints that carry both move neither against the other. They are the last ones of both lists.
+    const auto add = [&](const std::vector<Lever>& own, const std::vector<Lever>& others) {
+      for (const Lever& lever : own)
+        if (std::none_of(others.begin(), others.end(), [&](const Lever& o) { return o.link == lever.link; }))
+          pair_levers_m_(static_cast<Eigen::Index>(k), lever.dof) += lever.multiplier * lever.reach_m;
+    };
+    add(a, b);
+    add(b, a);
+  }
 }
 
 void Prover::look_at(const VectorXd& x) {
-  const hands::Hand& hand = hand_.hand();
-  hands::forward_kinematics(hand.tree, hand_.joints(x), X_HL_);
-  const Pose X_OH = hand_.pose(x);
-  hands::place_capsules(hand, X_OH, X_HL_, placed_);
+  const hands::Hand& hand = mover_.hand();
+  q_ = mover_.joints(x);
+  hands::forward_kinematics(hand.tree, q_, X_HL_);
+  X_OH_ = mover_.pose(x);
+  hands::place_capsules(hand, X_OH_, X_HL_, placed_);
   for (Eigen::Index i = 0; i < reach_m_.size(); ++i) {
     const auto& c = placed_[static_cast<std::size_t>(i)];
-    reach_m_[i] = std::max((c.a - X_OH.translation()).norm(), (c.b - X_OH.translation()).norm());
+    reach_m_[i] = std::max((c.a - X_OH_.translation()).norm(), (c.b - X_OH_.translation()).norm());
   }
   ++answer_.postures;
 }
 
 double Prover::travel_m(int capsule, const VectorXd& change) const {
-  const double by_joints = levers_m_.row(capsule).dot(change.tail(levers_m_.cols()).cwiseAbs());
+  const int base = mover_.base_dofs();
+  double by_joints = 0;
+  for (const Lever& lever : levers_[static_cast<std::size_t>(capsule)])
+    by_joints += std::abs(change[base + lever.dof]) * lever.multiplier * lever.reach_m;
+  if (!mover_.floats()) return by_joints;
   // |left Jacobian| <= 1, so the base turns by at most |dw|; what it turns has grown by `by_joints` at most.
-  return FloatingHand::unit_m * change.head<3>().norm() +
+  return Mover::unit_m * change.head<3>().norm() +
+         change.segment<3>(3).norm() * (reach_m_[capsule] + by_joints) + by_joints;
+}
+
+double Prover::near_travel_m(int capsule, const VectorXd& change) const {
+  const int base = mover_.base_dofs();
+  const auto& c = placed_[static_cast<std::size_t>(capsule)];
+  const auto& tree = mover_.hand().tree;
+  double by_joints = 0, beyond = 0;  // `beyond`: moved by joints nearer to the capsule, at most
+  for (const Lever& lever : levers_[static_cast<std::size_t>(capsule)]) {
+    const double turn = std::abs(change[base + lever.dof]) * lever.multiplier;
+    if (turn == 0) continue;
+    double reach = lever.reach_m;
+    if (!lever.slides) {
+      const Pose X_OL = X_OH_ * X_HL_[static_cast<std::size_t>(lever.link)];
+      const Vec3 axis = X_OL.linear() * tree.joints[static_cast<std::size_t>(lever.link) - 1].axis_J,
+                 at = X_OL.translation();
+      reach = std::min(reach, std::max(axis.cross(c.a - at).norm(), axis.cross(c.b - at).norm()) + beyond);
+    }
+    by_joints += turn * reach;
+    beyond += turn * lever.reach_m;
+  }
+  if (!mover_.floats()) return by_joints;
+  return Mover::unit_m * change.head<3>().norm() +
          change.segment<3>(3).norm() * (reach_m_[capsule] + by_joints) + by_joints;
 }
 
 /// A lower bound of the distance along the axis; pieces are halved until they reach `need_m` or can't.
-double Prover::least_on_axis_m(const Vec3& a, const Vec3& b, double need_m, double& seen_m) const {
+double Prover::least_on_axis_m(const ObstacleField& obstacle, int what, const Vec3& a, const Vec3& b,
+                               double need_m, Seen& seen) const {
   const Vec3 middle = (a + b) / 2;
-  const double half = (b - a).norm() / 2, d = distance_at_least_m(field_, middle);
-  seen_m = std::min(seen_m, d);
+  const double half = (b - a).norm() / 2,
+               d = distance_at_least_m(*obstacle.field, middle, obstacle.node_excess_m);
+  seen.take(d, what);
   if (d - half >= need_m || d < need_m || half < least_piece_m) return d - half;
-  return std::min(least_on_axis_m(a, middle, need_m, seen_m), least_on_axis_m(middle, b, need_m, seen_m));
+  return std::min(least_on_axis_m(obstacle, what, a, middle, need_m, seen),
+                  least_on_axis_m(obstacle, what, middle, b, need_m, seen));
 }
 
-double Prover::at_least_m(int capsule, double need_m, double& seen_m) const {
+double Prover::at_least_m(int capsule, double need_m, Seen& seen) const {
   const auto& c = placed_[static_cast<std::size_t>(capsule)];
-  seen_m = infinite;
-  double least = least_on_axis_m(c.a, c.b, need_m + c.radius_m, seen_m);
-  if (support_) {
-    const double height = std::min(support_->height_m(c.a), support_->height_m(c.b));
-    least = std::min(least, height);
-    seen_m = std::min(seen_m, height);
+  seen = {};
+  double least = infinite;
+  int what = Certificate::of_object;
+  for (const ObstacleField& obstacle : obstacles_.fields) {
+    least = std::min(least, least_on_axis_m(obstacle, what, c.a, c.b, need_m + c.radius_m, seen));
+    what = what == Certificate::of_object ? Certificate::of_support - 1 : what - 1;
   }
-  seen_m -= c.radius_m;
+  if (obstacles_.support) {
+    const double height = std::min(obstacles_.support->height_m(c.a), obstacles_.support->height_m(c.b));
+    least = std::min(least, height);
+    seen.take(height, Certificate::of_support);
+  }
+  seen.distance_m -= c.radius_m;
   return least - c.radius_m;
 }
 
-void Prover::note(int capsule, double seen_m, double at) {
-  if (seen_m >= seen_m_) return;
-  seen_m_ = seen_m;
+void Prover::note(int capsule, const Seen& seen, double at) {
+  if (seen.distance_m >= seen_m_) return;
+  seen_m_ = seen.distance_m;
   answer_.at = at;
-  answer_.link = hand_.hand().capsules[static_cast<std::size_t>(capsule)].link;
+  answer_.link = mover_.hand().capsules[static_cast<std::size_t>(capsule)].link;
+  answer_.other = seen.other;
 }
 
 void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, double half,
@@ -125,20 +163,25 @@ void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, do
   const VectorXd change = half * step;
   std::vector<int> left;
   for (int i : open) {
-    const auto link = static_cast<std::size_t>(hand_.hand().capsules[static_cast<std::size_t>(i)].link);
-    const double travel = travel_m(i, change);
-    const double wanted = std::max(-tolerance_m[link], seen_m_ - rule_.resolution_m);
-    double seen;
-    const double least = at_least_m(i, wanted + travel, seen) - travel;
+    const auto link = static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(i)].link);
+    const double allowed = -tolerance_m[link], wanted = std::max(allowed, seen_m_ - rule_.resolution_m);
+    double travel = travel_m(i, change);
+    Seen seen;
+    double least = at_least_m(i, wanted + travel, seen);
     note(i, seen, waypoint_ + middle);
+    if (least - travel < wanted) {
+      travel = near_travel_m(i, change);
+      least = at_least_m(i, wanted + travel, seen);
+      note(i, seen, waypoint_ + middle);
+    }
+    least -= travel;
     if (least >= wanted) {
       proven_m_ = std::min(proven_m_, least);
       continue;
     }
-    at_least_m(i, -tolerance_m[link],
-               seen);  // the search above ended at the first point below what it wanted
+    at_least_m(i, allowed, seen);  // the search above ended at the first point below what it wanted
     note(i, seen, waypoint_ + middle);
-    if (seen < -tolerance_m[link]) {
+    if (seen.distance_m < allowed) {
       answer_.outcome = Proof::collides;
       return;
     }
@@ -155,16 +198,81 @@ void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, do
   }
 }
 
+double Prover::pair_gap_m(std::size_t pair) const {
+  return hands::capsule_gap_m(placed_[static_cast<std::size_t>(pairs_[pair].first)],
+                              placed_[static_cast<std::size_t>(pairs_[pair].second)]);
+}
+
+double Prover::pair_travel_m(std::size_t pair, const VectorXd& change) const {
+  return pair_levers_m_.row(static_cast<Eigen::Index>(pair))
+      .dot(change.tail(pair_levers_m_.cols()).cwiseAbs());
+}
+
+double Prover::prove_pair(std::size_t pair, const VectorXd& from, const VectorXd& to, double at_from_m,
+                          double at_to_m, double allowed_m, double begin, double end, int depth) {
+  // At any moment the gap is at least that of either end less what was travelled from there: at worst half of
+  // (both gaps - all the way).
+  const double least = (at_from_m + at_to_m - pair_travel_m(pair, to - from)) / 2;
+  if (std::min({least, at_from_m, at_to_m}) >= allowed_m) return std::min({least, at_from_m, at_to_m});
+  if (std::min(at_from_m, at_to_m) < allowed_m || depth == 0) {
+    answer_.outcome = std::min(at_from_m, at_to_m) < allowed_m ? Proof::collides : Proof::undecided;
+    answer_.at = begin;
+    answer_.link = mover_.hand().capsules[static_cast<std::size_t>(pairs_[pair].first)].link;
+    answer_.other = mover_.hand().capsules[static_cast<std::size_t>(pairs_[pair].second)].link;
+    return std::min(at_from_m, at_to_m);
+  }
+  const VectorXd middle = (from + to) / 2;
+  look_at(middle);
+  const double gap = pair_gap_m(pair), half = (begin + end) / 2;
+  const double first = prove_pair(pair, from, middle, at_from_m, gap, allowed_m, begin, half, depth - 1);
+  if (answer_.outcome != Proof::free) return first;
+  return std::min(first, prove_pair(pair, middle, to, gap, at_to_m, allowed_m, half, end, depth - 1));
+}
+
+void Prover::prove_pairs(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
+  answer_.self_clearance_m = far_m;
+  if (pairs_.empty() || path.empty()) return;
+  // Gaps are looked at only where what is known of them has been travelled up: a lower bound is as good.
+  std::vector<double> known(pairs_.size());
+  look_at(path.front());
+  for (std::size_t k = 0; k < pairs_.size(); ++k) known[k] = pair_gap_m(k);
+  for (std::size_t t = 0; t + 1 < path.size(); ++t) {
+    const VectorXd change = path[t + 1] - path[t];
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const auto link = [&](int capsule) {
+        return static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(capsule)].link);
+      };
+      const double allowed =
+          -std::min(tolerance_m[link(pairs_[k].first)], tolerance_m[link(pairs_[k].second)]);
+      const double travel = pair_travel_m(k, change);
+      if (known[k] - travel >= std::max(allowed, rule_.resolution_m)) {
+        known[k] -= travel;
+        answer_.self_clearance_m = std::min(answer_.self_clearance_m, known[k]);
+        continue;
+      }
+      look_at(path[t]);
+      const double here = pair_gap_m(k);
+      look_at(path[t + 1]);
+      const double there = pair_gap_m(k);
+      const double least = prove_pair(k, path[t], path[t + 1], here, there, allowed, static_cast<double>(t),
+                                      static_cast<double>(t) + 1, rule_.bisections);
+      answer_.self_clearance_m = std::min(answer_.self_clearance_m, least);
+      if (answer_.outcome != Proof::free) return;
+      known[k] = there;
+    }
+  }
+}
+
 Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
   answer_ = {};
   proven_m_ = seen_m_ = infinite;
-  std::vector<int> all(hand_.hand().capsules.size());
+  std::vector<int> all(mover_.hand().capsules.size());
   std::iota(all.begin(), all.end(), 0);
   // Waypoints first: the nearer the least clearance is known, the sooner the rest is proven to be above it.
   for (std::size_t t = 0; t < path.size(); ++t) {
     look_at(path[t]);
     for (int i : all) {
-      double seen;
+      Seen seen;
       at_least_m(i, std::min(seen_m_, far_m), seen);
       note(i, seen, static_cast<double>(t));
     }
@@ -175,14 +283,31 @@ Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector
     prove(path[t], path[t + 1] - path[t], 0.5, 0.5, all, tolerance_m);
   }
   answer_.clearance_m = answer_.outcome == Proof::free ? proven_m_ : seen_m_;
+  if (answer_.outcome == Proof::free) prove_pairs(path, tolerance_m);
   return answer_;
 }
 
 bool Prover::posture_free(const VectorXd& x, double clearance_m) {
   look_at(x);
-  double seen;
+  Seen seen;
   for (int i = 0; i < static_cast<int>(placed_.size()); ++i)
     if (at_least_m(i, clearance_m, seen) < clearance_m) return false;
+  for (std::size_t k = 0; k < pairs_.size(); ++k)
+    if (pair_gap_m(k) < std::min(clearance_m, 0.0)) return false;
+  return true;
+}
+
+bool Prover::posture_free(const VectorXd& x, const std::vector<double>& tolerance_m) {
+  look_at(x);
+  const auto allowed = [&](int capsule) {
+    return -tolerance_m[static_cast<std::size_t>(
+        mover_.hand().capsules[static_cast<std::size_t>(capsule)].link)];
+  };
+  Seen seen;
+  for (int i = 0; i < static_cast<int>(placed_.size()); ++i)
+    if (at_least_m(i, allowed(i), seen) < allowed(i)) return false;
+  for (std::size_t k = 0; k < pairs_.size(); ++k)
+    if (pair_gap_m(k) < std::max(allowed(pairs_[k].first), allowed(pairs_[k].second))) return false;
   return true;
 }
 

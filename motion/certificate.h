@@ -1,8 +1,10 @@
 #pragma once
-#include <optional>
+#include <limits>
+#include <utility>
 #include <vector>
 
-#include "motion/floating_hand.h"
+#include "motion/mover.h"
+#include "motion/tasks/clearance.h"
 
 namespace geocage::motion {
 
@@ -10,8 +12,10 @@ namespace geocage::motion {
 /// interpolates exact node distances with weights w_i; with E^2 = sum w_i |n_i - p|^2, Jensen's inequality
 /// gives value <= sqrt(d^2 + E^2) in front of the surface and value <= d + E everywhere, so d is at least
 /// sqrt(value^2 - E^2), or value - E near the surface. Outside the grid the distance to its box adds at a
-/// right angle. Proven, not measured. Precondition: the surface lies inside the grid's box. O(1).
-double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec3& p_O);
+/// right angle. `node_excess_m`: how much too large node values may be. Proven, not measured. Precondition:
+/// the surface lies inside the grid's box. O(1).
+double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec3& p_O,
+                           double node_excess_m = 0);
 
 enum class Proof {
   free,       ///< no capsule is anywhere deeper than its tolerance
@@ -21,11 +25,16 @@ enum class Proof {
 
 struct Certificate {
   Proof outcome = Proof::free;
+  /// Of the least clearance, `link` belongs to one side and this to the other: a link, or
+  static constexpr int of_object = -1,
+                       of_support = -2;  ///< the first field and the plane; fields after it from -3 on
   /// Proven for the whole path when free, at most `resolution_m` below what was seen; else what was seen at
-  /// worst. A lower bound of the clearance itself, field error taken off.
-  double clearance_m = 0;
-  double at = 0;     ///< where the least was seen: 3.5 is halfway from waypoint 3 to 4
-  int link = 0;      ///< whose capsule it was
+  /// worst. A lower bound of the clearance itself, field error taken off. Of obstacles; self_clearance_m is
+  /// of the body with itself, proven too when free, and at least what it takes.
+  double clearance_m = 0, self_clearance_m = 0;
+  double at = 0;  ///< where the least was seen: 3.5 is halfway from waypoint 3 to 4
+  int link = 0;   ///< whose capsule it was
+  int other = of_object;
   int postures = 0;  ///< looked at
 };
 
@@ -34,39 +43,71 @@ struct ProofRule {
   int bisections = 14;          ///< of a step of the path at most
 };
 
-/// Proves that a hand moves freely along a piecewise linear path of states, all the time between waypoints
-/// included: a capsule that is d from the surface at a posture is free as long as no point of it has moved d.
-/// Steps are bisected where that does not reach. `hand` and `field` must outlive it. Hand against hand is not
-/// looked at.
+/// Proves that a body moves freely along a piecewise linear path of states, all the time between waypoints
+/// included: a capsule that is d from the surface at a posture is free as long as no point of it has moved d,
+/// two capsules as long as they have not moved their gap towards each other. Steps are bisected where that
+/// does not reach. `mover` and the fields must outlive it. `self_pairs` (motion::self_pairs) may be empty.
 class Prover {
  public:
-  Prover(const FloatingHand& hand, const geometry::SignedDistanceField& field,
-         const std::optional<geometry::Plane>& support, const ProofRule& rule = {});
+  Prover(const Mover& mover, const Obstacles& obstacles, std::vector<std::pair<int, int>> self_pairs = {},
+         const ProofRule& rule = {});
 
-  /// `tolerance_m` of every link: how deep it may be. Intended contacts have more than the others.
-  /// O(steps x capsules x bisections).
+  /// `tolerance_m` of every link: how deep it may be. Intended contacts have more than the others. Pairs of
+  /// capsules may overlap by the smaller of their links' tolerances. O(steps x capsules x bisections).
   Certificate certify(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
-  /// Whether every capsule is proven at least `clearance_m` away at one posture.
+  /// Whether every capsule is proven at least `clearance_m` away at one posture, and every pair is apart (or
+  /// not deeper than a negative `clearance_m`).
   bool posture_free(const Eigen::VectorXd& x, double clearance_m);
+  /// The same with a tolerance for each link.
+  bool posture_free(const Eigen::VectorXd& x, const std::vector<double>& tolerance_m);
   /// No point of capsule i moves further when the state changes from x by any part of `change`, from the
   /// posture that was looked at last, x. Left Jacobian of SO(3) and lever arms bound the speeds.
   double travel_m(int capsule, const Eigen::VectorXd& change) const;
+  /// The same with the levers that the posture has, which joints beyond can lengthen by what they move only:
+  /// a smaller bound, and dearer.
+  double near_travel_m(int capsule, const Eigen::VectorXd& change) const;
   void look_at(const Eigen::VectorXd& x);
   const std::vector<hands::PlacedCapsule>& placed_O() const { return placed_; }
 
  private:
-  double least_on_axis_m(const Vec3& a, const Vec3& b, double need_m, double& seen_m) const;
-  double at_least_m(int capsule, double need_m, double& seen_m) const;
+  /// One lever of a capsule: a joint between it and the base.
+  struct Lever {
+    int link, dof;
+    bool slides;
+    double multiplier,
+        reach_m;  ///< |multiplier|, and the furthest that the axis can be, whatever the posture
+  };
+  struct Seen {
+    double distance_m = std::numeric_limits<double>::infinity();
+    int other = Certificate::of_object;
+    void take(double d, int what) {
+      if (d < distance_m) *this = {d, what};
+    }
+  };
+
+  double least_on_axis_m(const ObstacleField& obstacle, int what, const Vec3& a, const Vec3& b, double need_m,
+                         Seen& seen) const;
+  double at_least_m(int capsule, double need_m, Seen& seen) const;
   void prove(const Eigen::VectorXd& from, const Eigen::VectorXd& step, double middle, double half,
              const std::vector<int>& open, const std::vector<double>& tolerance_m);
-  void note(int capsule, double seen_m, double at);
+  void note(int capsule, const Seen& seen, double at);
+  void prove_pairs(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
+  /// The least gap that is proven between two postures, from the gaps at both; below `allowed` it did not
+  /// succeed.
+  double prove_pair(std::size_t pair, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                    double at_from_m, double at_to_m, double allowed_m, double begin, double end, int depth);
+  double pair_gap_m(std::size_t pair) const;
+  double pair_travel_m(std::size_t pair, const Eigen::VectorXd& change) const;
 
-  const FloatingHand& hand_;
-  const geometry::SignedDistanceField& field_;
-  const std::optional<geometry::Plane> support_;
+  const Mover& mover_;
+  const Obstacles obstacles_;
+  const std::vector<std::pair<int, int>> pairs_;
   const ProofRule rule_;
-  Eigen::MatrixXd levers_m_;  ///< capsules x dofs
+  std::vector<std::vector<Lever>> levers_;  ///< of each capsule, from its link down to the base
+  Eigen::MatrixXd pair_levers_m_;           ///< pairs x dofs: of joints that move one and not the other
   std::vector<Pose> X_HL_;
+  Eigen::VectorXd q_;
+  Pose X_OH_ = Pose::Identity();
   std::vector<hands::PlacedCapsule> placed_;
   Eigen::VectorXd reach_m_;  ///< of each capsule's axis from H, at the last posture
   Certificate answer_;

@@ -122,22 +122,4 @@ std::vector<double> final_precision(int horizon, double precision) {
   return profile;
 }
 
-Task state_task(const VectorXd& goal, std::vector<double> precision) {
-  return {"state",
-          [goal](int, const VectorXd& x, VectorXd& error, MatrixXd* J) {
-            error = x - goal;
-            if (J) J->setIdentity(x.size(), x.size());
-          },
-          std::move(precision)};
-}
-
-Task limits_task(const VectorXd& lower, const VectorXd& upper, std::vector<double> precision) {
-  return {"limits",
-          [lower, upper](int, const VectorXd& x, VectorXd& error, MatrixXd* J) {
-            error = (x - upper).cwiseMax(0) - (lower - x).cwiseMax(0);
-            if (J) *J = (error.array() != 0).cast<double>().matrix().asDiagonal();
-          },
-          std::move(precision), true};
-}
-
 }  // namespace geocage::motion

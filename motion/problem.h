@@ -83,9 +83,4 @@ std::vector<Residual> residuals(const Problem& problem, const std::vector<Eigen:
 std::vector<double> constant_precision(int horizon, double precision);
 std::vector<double> final_precision(int horizon, double precision);
 
-/// phi(x) = x, target `goal`.
-Task state_task(const Eigen::VectorXd& goal, std::vector<double> precision);
-/// e = how far each coordinate is beyond its limits; infinite limits are no limits.
-Task limits_task(const Eigen::VectorXd& lower, const Eigen::VectorXd& upper, std::vector<double> precision);
-
 }  // namespace geocage::motion

@@ -45,14 +45,19 @@ double smallest(const AxisLine& line, double low, double high) {
   return 0.5 * (low + high);
 }
 
-/// Central differences over a coarse cell. A cylinder's surface has no normal along its axis, so between the
-/// caps that part goes: it would let the edge of a flat face push a rail along itself.
-Vec3 outward_normal(const AxisLine& line, double t) {
+/// Central differences over `h_m`, as a slope: of norm 1 but where walls meet.
+Vec3 slope_at(const SignedDistanceField& field, const Vec3& p, double h_m) {
   Vec3 slope;
   for (int axis = 0; axis < 3; ++axis) {
-    const Vec3 h = line.field.cell_m * Vec3::Unit(axis);
-    slope[axis] = line.field.value(line.point(t) + h) - line.field.value(line.point(t) - h);
+    const Vec3 h = h_m * Vec3::Unit(axis);
+    slope[axis] = (field.value(p + h) - field.value(p - h)) / (2 * h_m);
   }
+  return slope;
+}
+
+/// Central differences over a coarse cell. A cylinder's surface has no normal along its axis, so between the
+/// caps that part goes: it would let the edge of a flat face push a rail along itself.
+Vec3 outward_normal(const AxisLine& line, double t, const Vec3& slope) {
   const Vec3 u = line.ab.stableNormalized();
   const double along = slope.dot(u);
   const bool on_cap = (t == 0 && along > 0) || (t == 1 && along < 0);
@@ -83,9 +88,8 @@ Samples sample(const AxisLine& line, double reach) {
   return samples;
 }
 
-/// Keeps the deepest: a new contact takes the place of the shallowest one when there is no room.
-void keep(FieldContacts& contacts, const AxisLine& line, double t) {
-  const FieldContact contact{line.point(t), outward_normal(line, t), line.value(t)};
+/// The deepest are kept: a new contact takes the place of the shallowest one when there is no room.
+void keep(FieldContacts& contacts, const FieldContact& contact) {
   if (contacts.size < FieldContacts::capacity) {
     contacts.items[contacts.size++] = contact;
     return;
@@ -94,9 +98,41 @@ void keep(FieldContacts& contacts, const AxisLine& line, double t) {
   if (contact.value_m < shallowest->value_m) *shallowest = contact;
 }
 
-/// Contacts of the samples [first, last], all within reach: the deepest place, and how far to both sides the
-/// gap stays the same, without which a flat face would rock on a single point.
-void add_stretch(const AxisLine& line, const Samples& samples, int first, int last, FieldContacts& contacts) {
+/// In a groove the axis is as near to one wall as to the other: the field has a crease there, and a normal that
+/// points from one wall in one step and from the other in the next lets the finger through both. The slopes a
+/// coarse cell to either side tell of one wall each; as planes they are two contacts at the same place.
+bool keep_walls(FieldContacts& contacts, const AxisLine& line, double t, const Vec3& slope, double reach) {
+  constexpr double crease = 0.85, apart = 0.9;  // |slope| of walls 63 degrees apart; cosine of normals that differ
+  if (slope.norm() > crease) return false;
+  const double h = line.field.cell_m;
+  const Vec3 p = line.point(t), along = line.ab.stableNormalized();
+  Vec3 across = along.cross(slope);
+  if (across.norm() < 1e-3) across = along.unitOrthogonal();
+  across.normalize();
+  FieldContact walls[2];
+  for (int side = 0; side < 2; ++side) {
+    const Vec3 beside = p + (side == 0 ? h : -h) * across;
+    Vec3 normal = slope_at(line.field, beside, h / 2);
+    normal = (normal - normal.dot(along) * along).stableNormalized();
+    walls[side] = {p, normal, line.field.value(beside) - normal.dot(beside - p)};
+  }
+  if (walls[0].n_O.dot(walls[1].n_O) > apart) return false;
+  for (const FieldContact& wall : walls)
+    if (wall.value_m < reach) keep(contacts, wall);
+  return true;
+}
+
+void keep_at(FieldContacts& contacts, const AxisLine& line, double t, double reach) {
+  const Vec3 slope = slope_at(line.field, line.point(t), line.field.cell_m);
+  if (keep_walls(contacts, line, t, slope, reach)) return;
+  keep(contacts, {line.point(t), outward_normal(line, t, slope), line.value(t)});
+}
+
+/// Contacts of the samples [first, last], all within reach: the deepest place, how far to both sides the gap stays
+/// the same, without which a flat face would rock on a single point, and every other place deeper than those
+/// beside it.
+void add_stretch(const AxisLine& line, const Samples& samples, int first, int last, double reach,
+                 FieldContacts& contacts) {
   const auto& value = samples.value;
   const int deepest = static_cast<int>(std::min_element(&value[first], &value[last] + 1) - value.data());
   const double step = samples.step(), same = value[deepest] + same_gap_m;
@@ -106,9 +142,19 @@ void add_stretch(const AxisLine& line, const Samples& samples, int first, int la
 
   const double refined =
       smallest(line, std::max(0, deepest - 1) * step, std::min(samples.last, deepest + 1) * step);
-  keep(contacts, line, line.value(refined) < value[deepest] ? refined : deepest * step);
-  if (left != deepest) keep(contacts, line, left * step);
-  if (right != deepest) keep(contacts, line, right * step);
+  keep_at(contacts, line, line.value(refined) < value[deepest] ? refined : deepest * step, reach);
+  if (left != deepest) keep_at(contacts, line, left * step, reach);
+  if (right != deepest) keep_at(contacts, line, right * step, reach);
+  // In a hollow a finger touches with several places at once, none as deep as another by a hair: each is a wall.
+  for (int i = first; i <= last; ++i) {
+    if (i >= left && i <= right) continue;
+    const bool falls = i > first ? value[i] < value[i - 1] : i == 0;
+    const bool rises = i < last ? value[i] <= value[i + 1] : i == samples.last;
+    if (!falls || !rises) continue;
+    const double here =
+        smallest(line, std::max(0, i - 1) * step, std::min(samples.last, i + 1) * step);
+    keep_at(contacts, line, line.value(here) < value[i] ? here : i * step, reach);
+  }
 }
 
 }  // namespace
@@ -126,7 +172,7 @@ FieldContacts field_contacts(const SignedDistanceField& field, const hands::Plac
     if (samples.value[i] >= reach) continue;
     const int first = i;
     while (i < samples.last && samples.value[i + 1] < reach) ++i;
-    add_stretch(line, samples, first, i, contacts);
+    add_stretch(line, samples, first, i, reach, contacts);
   }
   return contacts;
 }

@@ -125,7 +125,8 @@ LiftTrial lift_trial(const Protocol& protocol, const ObjectBody& object, const h
   }
   if (trial.outcome != Outcome::held) return trial;
 
-  world.set_gravity(gravity);
+  // Turned so that the object hangs below the palm, else it would rest on it.
+  world.set_gravity(gravity.norm() * (posture.X_OH.linear() * hand.approach_H));
   world.hold(hand.open_rad, protocol.grip);
   camera.moving = [&](double) { return Pose(Eigen::Translation3d(0, 0, height_m)); };
   const double far = 1e300;

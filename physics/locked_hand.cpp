@@ -15,7 +15,7 @@ LockedHand lock(const CageProtocol& protocol, const ObjectBody& object, double r
   for (const hands::Capsule& capsule : hand.capsules) thinnest_m = std::min(thinnest_m, capsule.radius_m);
   CageProtocol own = protocol;
   own.max_penetration_m = thinnest_m / 2;
-  BackedOff back = backed_off(*object.field, capsules_of(hand, X_OH, q));
+  BackedOff back = backed_off(*object.field, hands::placed_capsules(hand, X_OH, q));
   return {own,
           {object, radius_m, std::move(back.capsules_O)},
           X_OH.linear() * hand.flexion_axis_H,

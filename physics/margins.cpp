@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numbers>
+
+#include "physics/cage_trial.h"
+#include "physics/locked_hand.h"
 
 #include "geometry/noise.h"
 #include "hands/closing.h"
@@ -84,6 +88,37 @@ ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, c
     return enough(tested, rule.small_share);
   });
   return margins;
+}
+
+std::vector<Loosening> loosening(const CageProtocol& protocol, const ObjectBody& object, double radius_m,
+                                 const hands::Hand& hand, const Pose& X_OH, const Eigen::VectorXd& q,
+                                 const Eigen::VectorXd& q_open, int halvings, std::uint64_t seed) {
+  constexpr int pulls = 6, ways = 4;
+  const auto holds = [&](const LockedHand& locked, int trial) {
+    if (trial < pulls)
+      return pull_trial(locked.protocol, object, locked.escape, six_directions()[trial].axis_O, seed).outcome ==
+             Outcome::held;
+    const double angle = 2 * std::numbers::pi * (trial - pulls) / ways;
+    return ring_trial(locked.protocol, object, locked.escape, locked.axis_O, angle, seed).outcome ==
+           Outcome::held;
+  };
+  const LockedHand closed = lock(protocol, object, radius_m, hand, X_OH, q);
+  std::vector<int> kept;
+  for (int trial = 0; trial < pulls + ways; ++trial)
+    if (holds(closed, trial)) kept.push_back(trial);
+  if (kept.empty()) return {};
+
+  std::vector<Loosening> all;
+  for (const hands::Finger& finger : hand.fingers) {
+    const auto still = [&](double share) {
+      Eigen::VectorXd opened = q;
+      for (const int dof : finger.dofs) opened[dof] += share * (q_open[dof] - q[dof]);
+      const LockedHand locked = lock(protocol, object, radius_m, hand, X_OH, opened);
+      return std::ranges::all_of(kept, [&](int trial) { return holds(locked, trial); });
+    };
+    all.push_back({finger.name, hardest(0, 1, halvings, still)});
+  }
+  return all;
 }
 
 }  // namespace geocage::physics

@@ -1,9 +1,11 @@
 #pragma once
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "physics/force_trial.h"
+#include <nlohmann/json_fwd.hpp>
 
 #include "hands/grasp.h"
 
@@ -14,6 +16,10 @@ struct Margin {
   double easy = 0, hard = 0;
   std::optional<double> level;  ///< the hardest that held; nothing when the easy one did not
 };
+
+/// {"level": number or null, "easy": e, "hard": h}.
+nlohmann::json to_json(const Margin& margin);
+Margin margin_from(const nlohmann::json& entry);
 
 /// Bisects `halvings` times between the levels; that whatever holds at one level holds at all easier ones is
 /// taken for granted. O(halvings) calls.
@@ -49,5 +55,20 @@ struct ForceMargins {
 ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
                            const geometry::Pose& X_OH, const Eigen::VectorXd& q_open, const MarginRule& rule,
                            std::uint64_t seed);
+
+nlohmann::json to_json(const ForceMargins& margins);
+ForceMargins force_margins_from(const nlohmann::json& entry);
+
+/// How far one finger may open.
+struct Loosening {
+  std::string finger;
+  Margin share;  ///< of the way from the closed to the open posture
+};
+/// Fingers one by one opened from `q` towards `q_open`, locked there, and every pull and ring way that held when
+/// closed pulled again: the largest opening at which all of them still hold. Nothing for a hand that held none.
+/// O(fingers * halvings * pulls).
+std::vector<Loosening> loosening(const CageProtocol& protocol, const ObjectBody& object, double radius_m,
+                                 const hands::Hand& hand, const geometry::Pose& X_OH, const Eigen::VectorXd& q,
+                                 const Eigen::VectorXd& q_open, int halvings, std::uint64_t seed);
 
 }  // namespace geocage::physics

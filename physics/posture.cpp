@@ -32,19 +32,10 @@ void check_pose(const Pose& X_OH, const std::string& element) {
 
 }  // namespace
 
-std::vector<hands::PlacedCapsule> capsules_of(const hands::Hand& hand, const Pose& X_OH,
-                                              const Eigen::VectorXd& q) {
-  std::vector<Pose> X_HL;
-  std::vector<hands::PlacedCapsule> placed;
-  hands::forward_kinematics(hand.tree, q, X_HL);
-  hands::place_capsules(hand, X_OH, X_HL, placed);
-  return placed;
-}
-
 Posture posture_at(const hands::Hand& hand, const geometry::SignedDistanceField& field, const Pose& X_OH,
                    const Eigen::VectorXd& q) {
   Posture posture{X_OH, q, 0};
-  for (const hands::PlacedCapsule& capsule : capsules_of(hand, X_OH, q))
+  for (const hands::PlacedCapsule& capsule : hands::placed_capsules(hand, X_OH, q))
     posture.penetration_m =
         std::max(posture.penetration_m, -hands::capsule_distance(field, capsule).distance_m);
   return posture;

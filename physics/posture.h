@@ -17,10 +17,6 @@ struct Posture {
   double penetration_m = 0;  ///< deepest capsule inside the object
 };
 
-/// The capsules of the posture, in O.
-std::vector<hands::PlacedCapsule> capsules_of(const hands::Hand& hand, const geometry::Pose& X_OH,
-                                              const Eigen::VectorXd& q);
-
 Posture posture_at(const hands::Hand& hand, const geometry::SignedDistanceField& field,
                    const geometry::Pose& X_OH, const Eigen::VectorXd& q);
 

@@ -91,7 +91,7 @@ void limit_this_process(const WorkerLimits& limits) {
   setrlimit(RLIMIT_CORE, &no_core);
   const auto seconds =
       static_cast<rlim_t>(std::ceil(limits.seconds) + 1) * static_cast<rlim_t>(limits.threads);
-  const rlimit cpu{seconds, seconds};
+  const rlimit cpu{seconds, seconds + 5};  // SIGXCPU first: SIGKILL means that memory ran out
   setrlimit(RLIMIT_CPU, &cpu);
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory alone is terabytes of address space
   const auto bytes = virtual_memory_bytes() + static_cast<std::uint64_t>(limits.memory_gib * (1ull << 30));

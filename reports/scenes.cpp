@@ -73,10 +73,7 @@ Part point_part(const std::vector<Vec3>& points, const std::vector<Vec3>& normal
 }
 
 Part hand_part(const hands::Hand& hand, const geometry::Pose& X_OH, const Eigen::VectorXd& q) {
-  std::vector<geometry::Pose> X_HL;
-  hands::forward_kinematics(hand.tree, q, X_HL);
-  std::vector<hands::PlacedCapsule> placed;
-  hands::place_capsules(hand, X_OH, X_HL, placed);
+  const auto placed = hands::placed_capsules(hand, X_OH, q);
   const Colour palm = oklch(0.42, 0.015, 250), finger = oklch(0.86, 0.012, 250);
   Part part;
   for (std::size_t i = 0; i < placed.size(); ++i) {

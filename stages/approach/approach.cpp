@@ -2,106 +2,197 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 
 #include <fmt/format.h>
 
+#include "geometry/clearance.h"
+#include "hands/arm.h"
 #include "hands/closing.h"
-#include "motion/certificate.h"
-#include "motion/floating_hand.h"
-#include "motion/rrt_connect.h"
+#include "motion/approach.h"
+#include "motion/duration.h"
+#include "motion/reach.h"
+#include "motion/tasks/self_clearance.h"
+#include "motion/tasks/state.h"
+#include "motion/timing.h"
 
 namespace geocage::stages {
 
 using Eigen::VectorXd;
 using geometry::Pose;
 using geometry::Vec3;
-using motion::FloatingHand;
-using Path = std::vector<VectorXd>;
+using motion::Mover;
+using motion::Path;
 
 void ApproachParams::visit(pipeline::Fields& f) {
   f("start_m", start_m, {0.01, 10}, "the hand starts this far from the grasp");
   f("retreat_m", retreat_m, {0, 10}, "from here on the scripted path is straight along the approach");
-  f("steps", steps, {4, 1000}, "steps of the open hand's way");
-  f("closing_steps", closing_steps, {1, 1000}, "steps of closing");
+  f("steps", steps, {4, 1000}, "steps of the free part of the way");
+  f("closing_steps", closing_steps, {1, 1000}, "steps of closing, about");
   f("margin_m", margin_m, {0, 0.1}, "the smoothed path is pushed off surfaces nearer than this");
+  f("self_margin_m", self_margin_m, {0, 0.1}, "links are pushed off each other when nearer than this");
   f("collision_precision", collision_precision, {0, 1e6}, "weight of that push; high ones freeze the path");
   f("goal_precision", goal_precision, {0, 1e9}, "weight of the end");
   f("limits_precision", limits_precision, {0, 1e9}, "weight of joint limits");
   f("tolerance_m", tolerance_m, {0, 0.01},
     "what may be left unproven: an open hand is nowhere deeper than this");
   f("closing_tolerance_m", closing_tolerance_m, {0, 0.05}, "fingers may touch so deep while they close");
-  f("base_speed_m_s", base_speed_m_s, {1e-3, 10}, "speed of the hand's base at most");
+  f("wrap_clearance_m", wrap_clearance_m, {0, 0.1},
+    "fingers close on the way as far as they keep this distance");
+  f("search", search, {"gauss_newton", "aico"}, "who smooths: block Gauss-Newton or AICO, on the same cost");
+  f("base_speed_m_s", base_speed_m_s, {1e-3, 10}, "speed of the floating hand's base at most");
   f("base_turn_rad_s", base_turn_rad_s, {1e-3, 100}, "turning speed of the base at most");
   f("base_acceleration_m_s2", base_acceleration_m_s2, {1e-3, 1000}, "acceleration of the base at most");
   f("joint_acceleration_rad_s2", joint_acceleration_rad_s2, {1e-3, 1e4}, "acceleration of joints at most");
-  f("damping", damping, {0, 1e8}, "AICO's damping at the start");
-  f("rrt_iterations", rrt_iterations, {1, 1000000}, "of RRT-Connect, when every scripted way collides");
-  f("max_sweeps", max_sweeps, {1, 10000}, "AICO's sweeps at most");
+  f("effort_variance", effort_variance, {1e-6, 1e9},
+    "1 / cost rate of accelerations: the likely duration is as long as they are dear");
+  f("damping", damping, {0, 1e8}, "damping of the search at the start");
+  f("max_sweeps", max_sweeps, {1, 10000}, "sweeps or steps of a search at most");
+  f("rrt_iterations", rrt_iterations, {1, 1000000}, "of RRT-Connect, where scripted ways collide");
+  f("ways", ways, {1, 14}, "starts that are tried: back along the approach, then tilted ones");
+  f("candidates", candidates, {1, 14}, "scripted ways that are planned to the end; the shortest is kept");
+  f("arm", arm, {"none", "kuka_lwr4"}, "what carries the hand; none: it floats");
+  f("arm_distance_m", arm_distance_m, {0.1, 5},
+    "of the arm's base from the object's middle, along the ground");
+  f("arm_below_m", arm_below_m, {-2, 2}, "how far the arm's base stands below the object's middle");
+  f("arm_placements", arm_placements, {1, 64}, "places around the object that are tried");
 }
 
 namespace {
 
-/// Everything about one grasp's way.
-class Planner {
+motion::ApproachRule rule_of(const ApproachParams& p) {
+  motion::ApproachRule rule;
+  rule.steps = p.steps;
+  rule.closing_steps = p.closing_steps;
+  rule.retreat_m = p.retreat_m;
+  rule.margin_m = p.margin_m;
+  rule.self_margin_m = p.self_margin_m;
+  rule.collision_precision = p.collision_precision;
+  rule.goal_precision = p.goal_precision;
+  rule.limits_precision = p.limits_precision;
+  rule.damping = p.damping;
+  rule.max_sweeps = p.max_sweeps;
+  rule.by_messages = p.search == "aico";
+  rule.tolerance_m = p.tolerance_m;
+  rule.closing_tolerance_m = p.closing_tolerance_m;
+  rule.wrap_clearance_m = p.wrap_clearance_m;
+  rule.rrt_iterations = p.rrt_iterations;
+  return rule;
+}
+
+/// What all ways keep away from, and what it is made of.
+struct Scene {
+  const geometry::SignedDistanceField& field;
+  geometry::SignedDistanceField foreign;  ///< of what the map holds besides object and support
+  motion::Obstacles obstacles;
+  std::size_t foreign_cells = 0;
+  Vec3 middle_O = Vec3::Zero(), up_O = Vec3::UnitZ();
+
+  Scene(const geometry::SignedDistanceField& object, const geometry::PointCloud& cloud,
+        const geometry::Occupancy& map)
+      : field(object) {
+    obstacles.fields.push_back({&field});
+    obstacles.support = cloud.support;
+    if (cloud.support) up_O = cloud.support->normal;
+    middle_O =
+        field.origin + field.cell_m / 2 * Vec3(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
+    const auto cells = geometry::occupied_cells(map);
+    geometry::PointCloud others;
+    for (const Vec3& p : cells.centers_O) {
+      if (field.value(p) < 1.5 * cells.side_m)
+        continue;  // the object's own surface runs through or beside it
+      if (cloud.support && cloud.support->height_m(p) < 1.5 * cells.side_m) continue;
+      others.points.push_back(p);
+    }
+    foreign_cells = others.points.size();
+    if (foreign_cells == 0) return;
+    foreign = geometry::clearance_field(geometry::map_of_rays(others, cells.side_m), {});
+    obstacles.fields.push_back(motion::map_obstacle(foreign));
+  }
+};
+
+/// Plans one grasp with a body that floats or stands.
+class GraspPlanner {
  public:
-  Planner(const ApproachParams& params, const geometry::SignedDistanceField& field,
-          const std::optional<geometry::Plane>& support, const hands::Hand& hand, const hands::Grasp& grasp)
+  GraspPlanner(const ApproachParams& params, const Scene& scene, const hands::Hand& hand,
+               const hands::ArmedHand* armed, const Pose& X_OB, const hands::Grasp& grasp)
       : params_(params),
-        field_(field),
-        support_(support),
+        scene_(scene),
         hand_(hand),
+        armed_(armed),
         goal_(grasp.X_OH),
-        floating_(hand, grasp.X_OH),
         open_(hands::joint_vector(hand.tree, grasp.pregrasp_joints_rad, "pre-grasp")),
         closed_(hands::joint_vector(hand.tree, grasp.joints_rad, "grasp")),
-        prover_(floating_, field, support),
-        open_tolerance_(hand.tree.links.size(), params.tolerance_m),
-        closing_tolerance_(open_tolerance_) {
-    for (const auto& finger : hand.fingers)
-      for (int link : finger.links)
-        closing_tolerance_[static_cast<std::size_t>(link)] = params.closing_tolerance_m;
-  }
+        mover_(armed ? Mover::standing(armed->body, X_OB) : Mover::floating(hand, grasp.X_OH)),
+        pairs_(pairs_of()),
+        planner_(mover_, scene.obstacles, pairs_, rule_of(params)) {}
 
   motion::Trajectory plan() {
-    const Path closing = closing_path();
-    if (closing.empty()) return none(fmt::format("closing would go {:.1f} mm deep", -1e3 * deepest_));
-    deepest_ = -std::numeric_limits<double>::infinity();
-    for (const Vec3& way_O : ways_out()) {
-      const Path script = scripted(way_O);
-      if (auto found = best_of(script, closing, "script")) return *found;
+    motion::ApproachGoal goal;
+    goal.approach_O = goal_.linear() * hand_.approach_H;
+    VectorXd at_grasp;  // the arm there
+    if (armed_) {
+      const auto found = motion::reach(mover_, *armed_, planner_.prover(), scene_.obstacles, goal_, open_);
+      if (found.outcome != motion::Reach::reached) return out_of_reach(found);
+      at_grasp = found.x.head(armed_->arm_dofs);
     }
-    // With room between samples first: what sampled edges promise is then proven more often.
-    for (double room_m : {0.004, 0.001, -params_.tolerance_m}) {
-      const Path connected = connected_path(room_m);
-      if (connected.empty()) continue;
-      if (auto found = best_of(connected, closing, "rrt_connect")) return *found;
+    goal.closing = closing(at_grasp);
+    std::optional<motion::ApproachPlan> best;
+    motion::ApproachPlan last;
+    const auto list = starts(at_grasp);
+    // Scripted ways in first; where all collide, sampled ones. The shortest of the first few that are proven
+    // is kept.
+    for (bool sampling : {false, true}) {
+      int proven = 0;
+      for (const VectorXd& start : list) {
+        goal.start = start;
+        last = planner_.plan(goal, sampling);
+        const bool hopeless = last.outcome == motion::ApproachOutcome::closing_collides ||
+                              last.outcome == motion::ApproachOutcome::goal_blocked;
+        if (hopeless) return none(last);  // no start mends that
+        if (last.outcome != motion::ApproachOutcome::planned) continue;
+        if (!best || last.length < best->length) best = std::move(last);
+        if (++proven == (sampling ? 1 : params_.candidates)) break;
+      }
+      if (best) break;
     }
-    return none(fmt::format("every way to the grasp collides; the best one goes {:.1f} mm deep",
-                            -1e3 * std::min(0.0, deepest_)));
+    if (!best) return none(last);
+    return answer(*best);
   }
 
  private:
-  /// AICO's version of a path if that is proven free, else the path itself if that one is.
-  std::optional<motion::Trajectory> best_of(const Path& path, const Path& closing, const char* planner) {
-    const Path smooth = smoothed(path);
-    if (within_limits(smooth))
-      if (const auto proof = prove(smooth); proof.outcome == motion::Proof::free)
-        return answer(smooth, closing, proof.clearance_m, "aico");
-    if (const auto proof = prove(path); proof.outcome == motion::Proof::free)
-      return answer(path, closing, proof.clearance_m, planner);
-    return std::nullopt;
+  std::vector<std::pair<int, int>> pairs_of() const {
+    // Postures of the grasp may touch: only what is apart in the open hand and stays apart in the closed one
+    // is asked.
+    if (!armed_) return motion::self_pairs(hand_, open_);
+    VectorXd q = armed_->body.open_rad;
+    q.tail(open_.size()) = open_;
+    return motion::self_pairs(armed_->body, q);
   }
 
-  motion::Certificate prove(const Path& path) {
-    const auto proof = prover_.certify(path, open_tolerance_);
-    deepest_ = std::max(deepest_, proof.clearance_m);
-    return proof;
+  VectorXd state(const VectorXd& at_grasp, const VectorXd& q) const {
+    if (!armed_) return mover_.state(goal_, q);
+    VectorXd x(mover_.dim());
+    x << at_grasp, q;
+    return x;
   }
 
-  /// Directions from the grasp to the start: back along the approach, then tilted ones, then up from the
-  /// support.
-  std::vector<Vec3> ways_out() const {
+  /// Every posture of close_hand, and the grasp's own at the end.
+  Path closing(const VectorXd& at_grasp) const {
+    std::vector<VectorXd> postures;
+    hands::close_hand(hand_, scene_.field, goal_, open_, {}, &postures);
+    postures.push_back(closed_);
+    Path path = {state(at_grasp, open_)};
+    for (const VectorXd& q : postures) {
+      const VectorXd x = state(at_grasp, q);
+      if ((x - path.back()).norm() > 0) path.push_back(x);
+    }
+    return path;
+  }
+
+  /// Floating: back along the approach, tilted by 20 and 40 degrees in six directions each, then up. Arm: its
+  /// rest, then the hand drawn back.
+  std::vector<VectorXd> starts(const VectorXd& at_grasp) {
     const Vec3 back = -(goal_.linear() * hand_.approach_H);
     const Eigen::Matrix3d frame = geometry::frame_from_z(back);
     std::vector<Vec3> ways = {back};
@@ -109,191 +200,165 @@ class Planner {
       for (int k = 0; k < 6; ++k)
         ways.push_back(frame * Vec3(std::sin(tilt) * std::cos(k * M_PI / 3),
                                     std::sin(tilt) * std::sin(k * M_PI / 3), std::cos(tilt)));
-    if (support_) ways.push_back(support_->normal);
-    return ways;
-  }
-
-  VectorXd at(const Vec3& p_O, const VectorXd& q) const {
-    Pose X_OH = goal_;
-    X_OH.translation() = p_O;
-    return floating_.state(X_OH, q);
-  }
-
-  /// The open hand: from the start to the point of retreat, then straight to the grasp's pose.
-  Path scripted(const Vec3& way_O) const {
-    const Vec3 goal = goal_.translation(), back = -(goal_.linear() * hand_.approach_H);
-    const Vec3 retreat =
-        goal + std::min(params_.retreat_m, params_.start_m) * (way_O.dot(back) > 0.9 ? back : way_O);
-    const VectorXd start = at(goal + params_.start_m * way_O, open_), middle = at(retreat, open_),
-                   end = at(goal, open_);
-    Path path;
-    for (int t = 0; t <= params_.steps; ++t) {
-      const double s = double(t) / params_.steps;
-      path.push_back(s < 0.5 ? VectorXd(start + 2 * s * (middle - start))
-                             : VectorXd(middle + (2 * s - 1) * (end - middle)));
+    ways.push_back(scene_.up_O);
+    ways.resize(std::min(ways.size(), static_cast<std::size_t>(params_.ways)));
+    std::vector<VectorXd> list;
+    if (armed_) {
+      VectorXd rest = armed_->body.open_rad;
+      rest.tail(open_.size()) = open_;
+      list.push_back(rest);
     }
-    return path;
-  }
-
-  /// The postures that closing goes through, thinned out to `closing_steps` if that is proven free, else all
-  /// of them. Fingers have leave to touch, the palm has not. Empty when neither is free.
-  Path closing_path() {
-    std::vector<VectorXd> postures = {open_};
-    hands::close_hand(hand_, field_, goal_, open_, {}, &postures);
-    postures.push_back(closed_);
-    Path exact;
-    for (const VectorXd& q : postures) {
-      const VectorXd x = at(goal_.translation(), q);
-      if (exact.empty() || (x - exact.back()).norm() > 0) exact.push_back(x);
+    for (const Vec3& way : ways) {
+      Pose X_OH = goal_;
+      X_OH.translation() += params_.start_m * way;
+      if (!armed_) {
+        list.push_back(mover_.state(X_OH, open_));
+        continue;
+      }
+      if (list.size() > 3) break;
+      VectorXd near = at_grasp;
+      const auto found = motion::reach(mover_, *armed_, planner_.prover(), scene_.obstacles, X_OH, open_,
+                                       {.tries = 2}, &near);
+      if (found.outcome == motion::Reach::reached) list.push_back(found.x);
     }
-    for (const Path& path : {thinned(exact), exact}) {
-      const auto proof = prover_.certify(path, closing_tolerance_);
-      if (proof.outcome == motion::Proof::free) return path;
-      deepest_ = proof.clearance_m;
+    return list;
+  }
+
+  motion::MotionLimits limits() const {
+    const int n = mover_.dim(), joints = mover_.hand().tree.dofs();
+    motion::MotionLimits limits{VectorXd(n), VectorXd::Constant(n, params_.joint_acceleration_rad_s2)};
+    limits.speed.tail(joints) = mover_.hand().tree.velocity_limit_rad_s;
+    if (!mover_.floats()) return limits;
+    limits.speed.head<3>().setConstant(params_.base_speed_m_s / Mover::unit_m / std::sqrt(3.0));
+    limits.speed.segment<3>(3).setConstant(params_.base_turn_rad_s / std::sqrt(3.0));
+    limits.acceleration.head<3>().setConstant(params_.base_acceleration_m_s2 / Mover::unit_m /
+                                              std::sqrt(3.0));
+    return limits;
+  }
+
+  /// The duration that makes this end likely from rest to rest with accelerations as dear as
+  /// `effort_variance` says (thesis 4.2.3).
+  double likely_duration_s(const VectorXd& first, const VectorXd& last) const {
+    // All coordinates are alike, so the likelihood is that of one of them that goes the root mean square of
+    // all ways.
+    const Eigen::Vector2d x_0 = Eigen::Vector2d::Zero(),
+                          x_T((last - first).norm() / std::sqrt(static_cast<double>(first.size())), 0);
+    const motion::IntegratorRates rates{Eigen::MatrixXd::Constant(1, 1, params_.effort_variance),
+                                        VectorXd::Zero(1)};
+    const auto prior = [&](double D) { return motion::integrator_prior(x_0, rates, 50, D); };
+    return motion::estimate_duration(prior, {motion::state_task(x_T, {0, 1e4})}, 1, x_T, {.precision = 1e-3})
+        .duration_s;
+  }
+
+  motion::Trajectory answer(const motion::ApproachPlan& plan) {
+    Path path = plan.path;
+    std::size_t free = plan.free;
+    double clearance_m = plan.proof.clearance_m;
+    double dt = motion::shortest_step_s(path, limits());
+    // Waypoints where the time goes; kept if that is shorter and proven as well.
+    const auto even = motion::evened_in_time(path, limits());
+    if (const double even_dt = motion::shortest_step_s(even.path, limits()); even_dt < dt) {
+      std::size_t last = 0;  // waypoint of the free part
+      while (last + 1 < even.place.size() && even.place[last + 1] <= static_cast<double>(free) - 1) ++last;
+      const auto cut = even.path.begin() + static_cast<std::ptrdiff_t>(last);
+      const auto proof = planner_.prove_free(Path(even.path.begin(), cut + 1));
+      if (proof.outcome == motion::Proof::free &&
+          planner_.prove_closing(Path(cut, even.path.end())).outcome == motion::Proof::free) {
+        path = even.path;
+        free = last + 1;
+        clearance_m = proof.clearance_m;
+        dt = even_dt;
+      }
     }
-    return {};
-  }
-
-  /// Every posture that is a step's length of way after the one before, and the ends.
-  Path thinned(const Path& path) const {
-    double length = 0, since = 0;
-    for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
-    Path thin = {path.front()};
-    for (std::size_t i = 1; i < path.size(); ++i) {
-      since += (path[i] - path[i - 1]).norm();
-      if (i + 1 < path.size() && since < length / params_.closing_steps) continue;
-      thin.push_back(path[i]);
-      since = 0;
-    }
-    return thin;
-  }
-
-  /// RRT-Connect from the first free start to the open hand at the grasp; corners are kept, straight parts
-  /// are divided into about `steps`. Empty when there is none.
-  Path connected_path(double room_m) {
-    const auto free = [&](const VectorXd& x) { return prover_.posture_free(x, room_m); };
-    const int n = floating_.dim();
-    const double most = 1.5 * params_.start_m / FloatingHand::unit_m;
-    VectorXd lower(n), upper(n);
-    lower << Vec3::Constant(-most), Vec3::Constant(-M_PI), hand_.tree.lower_rad.cwiseMin(open_);
-    upper << Vec3::Constant(most), Vec3::Constant(M_PI), hand_.tree.upper_rad.cwiseMax(open_);
-    const VectorXd goal = at(goal_.translation(), open_);
-    for (const Vec3& way_O : ways_out()) {
-      const VectorXd start = at(goal_.translation() + params_.start_m * way_O, open_);
-      const auto found =
-          motion::rrt_connect(start, goal, lower, upper, free, {.iterations = params_.rrt_iterations});
-      if (found.outcome == motion::ConnectOutcome::start_blocked) continue;
-      return found.path.empty() ? Path() : divided(found.path);
-    }
-    return {};
-  }
-
-  Path divided(const Path& corners) const {
-    double length = 0;
-    for (std::size_t i = 1; i < corners.size(); ++i) length += (corners[i] - corners[i - 1]).norm();
-    Path path = {corners.front()};
-    for (std::size_t i = 1; i < corners.size(); ++i) {
-      const VectorXd move = corners[i] - corners[i - 1];
-      const int parts = std::max(1, static_cast<int>(std::lround(params_.steps * move.norm() / length)));
-      for (int k = 1; k < parts; ++k) path.push_back(corners[i - 1] + double(k) / parts * move);
-      path.push_back(corners[i]);
-    }
-    return path;
-  }
-
-  /// AICO from a path; its ends stay exactly.
-  Path smoothed(const Path& script) const {
-    const int T = static_cast<int>(script.size()) - 1, n = floating_.dim();
-    motion::Problem problem{motion::kinematic(Eigen::MatrixXd::Identity(n, n)), T, script.front(), {}};
-    problem.tasks.push_back(
-        motion::state_task(script.back(), motion::final_precision(T, params_.goal_precision)));
-    VectorXd lower = VectorXd::Constant(n, -std::numeric_limits<double>::infinity()), upper = -lower;
-    lower.tail(hand_.tree.dofs()) = hand_.tree.lower_rad;
-    upper.tail(hand_.tree.dofs()) = hand_.tree.upper_rad;
-    problem.tasks.push_back(
-        motion::limits_task(lower, upper, motion::constant_precision(T, params_.limits_precision)));
-    std::vector<double> margin;  // fades over the last quarter: the grasp itself is near the surface
-    for (int t = 0; t <= T; ++t) margin.push_back(params_.margin_m * std::min(1.0, 4 * (1 - double(t) / T)));
-    problem.tasks.push_back(motion::clearance_task(
-        floating_, field_, support_, margin, motion::constant_precision(T, params_.collision_precision)));
-    motion::AicoParams search;
-    search.damping = params_.damping;
-    search.max_sweeps = params_.max_sweeps;
-    search.cost_tolerance = 1e-3;
-    search.step_tolerance = 1e-3;
-    Path path = motion::aico(problem, script, search).mean;
-    path.back() = script.back();
-    return path;
-  }
-
-  bool within_limits(const Path& path) const {
-    constexpr double slack_rad = 1e-6;
-    return std::all_of(path.begin(), path.end(), [&](const VectorXd& x) {
-      const VectorXd q = floating_.joints(x);
-      return ((q - hand_.tree.upper_rad).array() <= slack_rad).all() &&
-             ((hand_.tree.lower_rad - q).array() <= slack_rad).all();
-    });
-  }
-
-  motion::Trajectory none(const std::string& why) const {
     motion::Trajectory t;
-    t.joints = hand_.tree.dof_names;
-    t.outcome = "no path: " + why;
-    return t;
-  }
-
-  motion::Trajectory answer(const Path& open, const Path& closing, double clearance_m,
-                            const char* planner) const {
-    Path path = open;
-    path.insert(path.end(), closing.begin() + 1, closing.end());
-    motion::Trajectory t;
-    t.joints = hand_.tree.dof_names;
-    t.dt_s = step_time_s(path);
+    t.likely_duration_s = likely_duration_s(path.front(), path.back());
+    dt = std::max(dt, t.likely_duration_s / static_cast<double>(path.size() - 1));
+    t.joints = mover_.hand().tree.dof_names;
+    t.dt_s = dt;
+    Mover::Placed placed;
     for (const VectorXd& x : path) {
-      const VectorXd q = floating_.joints(x);
+      const VectorXd q = mover_.joints(x);
       t.q_rad.emplace_back(q.data(), q.data() + q.size());
-      t.X_OH.push_back(hands::file_pose(floating_.pose(x)));
+      mover_.place(x, placed);
+      t.X_OH.push_back(
+          hands::file_pose(placed.X_OL[armed_ ? static_cast<std::size_t>(armed_->hand_link) : 0]));
     }
-    t.X_OH.back() = hands::file_pose(goal_);
+    if (!armed_) t.X_OH.back() = hands::file_pose(goal_);
+    t.efficiency = motion::efficiency_of(path, dt);
+    t.efficiency.cost = plan.cost;
+    t.free_steps = static_cast<int>(free);
     t.min_clearance_m = clearance_m;
+    t.self_clearance_m = plan.proof.self_clearance_m;
     t.certified = true;
     t.outcome = "planned";
-    t.planner = planner;
+    t.planner = plan.planner;
+    t.seed = plan.seed;
+    if (armed_) {
+      t.arm = params_.arm;
+      t.X_OB = hands::file_pose(mover_.pose(path.front()));
+    }
     return t;
   }
 
-  /// The shortest step that keeps every speed and acceleration, starting and ending at rest.
-  double step_time_s(const Path& path) const {
-    const int n = floating_.dim();
-    VectorXd speed(n), acceleration(n);
-    speed << Vec3::Constant(params_.base_speed_m_s / FloatingHand::unit_m / std::sqrt(3.0)),
-        Vec3::Constant(params_.base_turn_rad_s / std::sqrt(3.0)), hand_.tree.velocity_limit_rad_s;
-    acceleration << Vec3::Constant(params_.base_acceleration_m_s2 / FloatingHand::unit_m / std::sqrt(3.0)),
-        VectorXd::Constant(n - 3, params_.joint_acceleration_rad_s2);
-    double dt = 1e-3;
-    VectorXd before = VectorXd::Zero(n);
-    for (std::size_t t = 0; t < path.size(); ++t) {
-      const VectorXd move = t + 1 < path.size() ? VectorXd(path[t + 1] - path[t]) : VectorXd::Zero(n);
-      for (int i = 0; i < n; ++i) {
-        if (speed[i] > 0) dt = std::max(dt, std::abs(move[i]) / speed[i]);
-        dt = std::max(dt, std::sqrt(std::abs(move[i] - before[i]) / acceleration[i]));
-      }
-      before = move;
-    }
-    return dt;
+  motion::Trajectory none(const motion::ApproachPlan& plan) const {
+    motion::Trajectory t;
+    t.joints = mover_.hand().tree.dof_names;
+    t.outcome = fmt::format("no path: {}; the best is {:.1f} mm deep", name_of(plan.outcome),
+                            -1e3 * std::min(0.0, plan.deepest_m));
+    return t;
+  }
+
+  motion::Trajectory out_of_reach(const motion::ReachAnswer& found) const {
+    motion::Trajectory t;
+    t.joints = mover_.hand().tree.dof_names;
+    t.outcome = found.outcome == motion::Reach::blocked
+                    ? "no path: every posture of the arm that reaches the grasp collides"
+                    : fmt::format("no path: out of the arm's reach by {:.1f} mm and {:.1f} degrees",
+                                  1e3 * found.miss_m, found.miss_rad * 180 / M_PI);
+    return t;
   }
 
   const ApproachParams& params_;
-  const geometry::SignedDistanceField& field_;
-  const std::optional<geometry::Plane>& support_;
+  const Scene& scene_;
   const hands::Hand& hand_;
+  const hands::ArmedHand* armed_;
   const Pose goal_;
-  const FloatingHand floating_;
   const VectorXd open_, closed_;
-  motion::Prover prover_;
-  std::vector<double> open_tolerance_, closing_tolerance_;  ///< of each link
-  double deepest_ = 0;                                      ///< of the best path so far, or of closing
+  const Mover mover_;
+  const std::vector<std::pair<int, int>> pairs_;
+  motion::ApproachPlanner planner_;
 };
+
+/// Where the arm stands: its z up, its x towards the object.
+Pose placement(const ApproachParams& params, const Scene& scene, int k) {
+  const Eigen::Matrix3d ground = geometry::frame_from_z(scene.up_O);
+  const double angle = 2 * M_PI * k / params.arm_placements;
+  const Vec3 away = ground * Vec3(std::cos(angle), std::sin(angle), 0);
+  Pose X_OB = Pose::Identity();
+  X_OB.linear() << -away, scene.up_O.cross(-away), scene.up_O;
+  X_OB.translation() = scene.middle_O + params.arm_distance_m * away - params.arm_below_m * scene.up_O;
+  return X_OB;
+}
+
+/// The placement that reaches most grasps; the first of equals. `reached[k]` are all counts.
+Pose best_placement(const ApproachParams& params, const Scene& scene, const hands::ArmedHand& armed,
+                    const hands::Hand& hand, const hands::GraspSet& grasps, std::vector<int>& reached) {
+  reached.assign(static_cast<std::size_t>(params.arm_placements), 0);
+#pragma omp parallel for schedule(dynamic, 1)
+  for (int k = 0; k < params.arm_placements; ++k) {
+    const Mover mover = Mover::standing(armed.body, placement(params, scene, k));
+    motion::Prover prover(mover, scene.obstacles);
+    for (const auto& grasp : grasps.grasps) {
+      if (!grasp.points_O.empty()) continue;
+      const VectorXd open = hands::joint_vector(hand.tree, grasp.pregrasp_joints_rad, "pre-grasp");
+      reached[static_cast<std::size_t>(k)] +=
+          motion::reach(mover, armed, prover, scene.obstacles, grasp.X_OH, open, {.tries = 4}).outcome ==
+          motion::Reach::reached;
+    }
+  }
+  const auto best = std::max_element(reached.begin(), reached.end()) - reached.begin();
+  return placement(params, scene, static_cast<int>(best));
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
@@ -301,11 +366,44 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+void report(const motion::TrajectorySet& set, pipeline::Run& run) {
+  int by_search = 0, by_script = 0, by_rrt = 0;
+  std::vector<double> clearances, durations, lengths;
+  for (const auto& t : set.trajectories) {
+    by_search += t.planner == "aico" || t.planner == "gauss_newton";
+    by_script += t.planner == "script";
+    by_rrt += t.planner == "rrt_connect";
+    if (t.outcome != "planned") continue;
+    clearances.push_back(t.min_clearance_m);
+    durations.push_back(t.efficiency.duration_s);
+    lengths.push_back(t.efficiency.length);
+  }
+  run.metric("planned_by_search", by_search);
+  run.metric("planned_by_script", by_script);
+  run.metric("planned_by_rrt_connect", by_rrt);
+  run.metric("no_path", static_cast<double>(set.trajectories.size()) - by_search - by_script - by_rrt);
+  run.metric("median_clearance_m", median(clearances));
+  run.metric("median_duration_s", median(durations));
+  run.metric("median_length", median(lengths));
+}
+
 }  // namespace
 
 motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const hands::GraspSet& grasps, const geometry::SignedDistanceField& field,
-                               const geometry::PointCloud& support_cloud, const hands::Hand& hand) {
+                               const geometry::PointCloud& support_cloud,
+                               const geometry::Occupancy& occupancy, const hands::Hand& hand) {
+  const Scene scene(field, support_cloud, occupancy);
+  run.metric("foreign_cells", static_cast<double>(scene.foreign_cells));
+  std::unique_ptr<hands::ArmedHand> armed;
+  Pose X_OB = Pose::Identity();
+  if (params.arm != "none") {
+    armed = std::make_unique<hands::ArmedHand>(hands::on_arm(hands::load_arm(params.arm), hand));
+    std::vector<int> reached;
+    X_OB = best_placement(params, scene, *armed, hand, grasps, reached);
+    for (std::size_t k = 0; k < reached.size(); ++k)
+      run.metric(fmt::format("reached_from_placement_{}", k), reached[k]);
+  }
   motion::TrajectorySet set;
   set.trajectories.resize(grasps.grasps.size());
 #pragma omp parallel for schedule(dynamic, 1)
@@ -313,21 +411,8 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
     if (!grasps.grasps[i].points_O.empty())
       set.trajectories[i].outcome = "a net of points is laid, not moved";
     else
-      set.trajectories[i] = Planner(params, field, support_cloud.support, hand, grasps.grasps[i]).plan();
-
-  int by_aico = 0, by_script = 0, by_rrt = 0;
-  std::vector<double> clearances;
-  for (const auto& t : set.trajectories) {
-    by_aico += t.planner == "aico";
-    by_script += t.planner == "script";
-    by_rrt += t.planner == "rrt_connect";
-    if (t.outcome == "planned") clearances.push_back(t.min_clearance_m);
-  }
-  run.metric("planned_by_aico", by_aico);
-  run.metric("planned_by_script", by_script);
-  run.metric("planned_by_rrt_connect", by_rrt);
-  run.metric("no_path", static_cast<double>(set.trajectories.size()) - by_aico - by_script - by_rrt);
-  run.metric("median_clearance_m", median(clearances));
+      set.trajectories[i] = GraspPlanner(params, scene, hand, armed.get(), X_OB, grasps.grasps[i]).plan();
+  report(set, run);
   return set;
 }
 

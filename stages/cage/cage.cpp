@@ -272,6 +272,8 @@ void CageParams::visit(pipeline::Fields& f) {
   f("self_check_trials", self_check_trials, {0, 1e6},
     "trials repeated at half the step and with twice the iterations");
   f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose trials are kept for playback");
+  f("margin_grasps", margin_grasps, {0, 1e6},
+    "first grasps of which each finger is opened until the object gets out");
   f("seed", seed, "of wrenches and search");
 }
 
@@ -324,6 +326,18 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   for (auto* hands : {&far, &open})
     for (Locked& one : *hands) add(one, false);
 
+  std::vector<std::vector<physics::Loosening>> loosened(postures.size());
+  for (std::size_t i = 0, wanted = params.margin_grasps; i < postures.size() && wanted > 0; ++i) {
+    if (!locked[i]) continue;
+    --wanted;
+    work.push_back([&, i] {
+      constexpr int halvings = 4;
+      const Posture opened = physics::open_posture(hand, field, grasps.grasps[i]);
+      loosened[i] = physics::loosening(protocol, body, radius_m, hand, postures[i].X_OH, postures[i].q, opened.q,
+                                       halvings, params.seed);
+    });
+  }
+
   std::size_t done = 0;
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < work.size(); ++i) {
@@ -333,13 +347,16 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   }
 
   for (CageEvaluation& evaluation : all.list)
-    if (locked[evaluation.grasp]) judge(evaluation, *locked[evaluation.grasp], params, protocol);
+    if (locked[evaluation.grasp]) {
+      judge(evaluation, *locked[evaluation.grasp], params, protocol);
+      evaluation.loosening = std::move(loosened[evaluation.grasp]);
+    }
   all.self_check = checked(locked, params, body);
   all.recordings = recorded(locked, postures, grasps, hand, params, body);
   std::vector<Locked*> fars, opens;
   for (Locked& one : far) fars.push_back(&one);
   for (Locked& one : open) opens.push_back(&one);
-  all.controls = physics::known_cages(protocol);
+  all.controls = physics::known_cages(protocol, params.wrench_seeds);
   all.controls.push_back(
       control("hand 1 m away, pulls", Control::Rule::no_trial_holds, fars, TrialKind::pull));
   all.controls.push_back(

@@ -8,6 +8,7 @@
 
 #include "physics/controls.h"
 #include "physics/escape_search.h"
+#include "physics/margins.h"
 #include "physics/outcome.h"
 #include "physics/recording.h"
 #include "physics/self_check.h"
@@ -30,6 +31,7 @@ struct CageParams {
   int control_grasps = 2;
   int self_check_trials = 6;
   int recorded_grasps = 1;
+  int margin_grasps = 1;
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
@@ -59,6 +61,7 @@ struct CageEvaluation {
   std::vector<CagePull> pulls, ring;  ///< six axes of O; four directions across the hand's flexion axis
   std::vector<CageWrench> wrenches;
   physics::EscapeSearch search;
+  std::vector<physics::Loosening> loosening;  ///< of each finger; empty where it was not asked, or nothing held
 
   int retained() const { return held(pulls); }
   int ring_retained() const { return held(ring); }
@@ -89,7 +92,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 2, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 3, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

@@ -85,6 +85,20 @@ std::vector<CageWrench> wrenches_from(const json& list) {
   return wrenches;
 }
 
+json loosening_json(const std::vector<physics::Loosening>& all) {
+  json list = json::array();
+  for (const physics::Loosening& one : all)
+    list.push_back({{"finger", one.finger}, {"share", physics::to_json(one.share)}});
+  return list;
+}
+
+std::vector<physics::Loosening> loosening_from(const json& list) {
+  std::vector<physics::Loosening> all;
+  for (const json& entry : list)
+    all.push_back({entry.at("finger"), physics::margin_from(entry.at("share"))});
+  return all;
+}
+
 json engine_json(const CageParams& params) {
   const physics::CageProtocol protocol;
   const physics::CageEngine& engine = protocol.engine;
@@ -130,6 +144,7 @@ json to_json(const CageEvaluations& all, const CageEvaluation& evaluation) {
           {"ring", pulls_json(evaluation.ring)},
           {"wrenches", wrenches_json(evaluation.wrenches)},
           {"escape_search", search_json(evaluation.search)},
+          {"loosening", loosening_json(evaluation.loosening)},
           {"start_penetration_m", evaluation.start_penetration_m},
           {"max_penetration_m", evaluation.max_penetration_m},
           {"backed_off_m", evaluation.backed_off_m},
@@ -156,6 +171,7 @@ void save_artefact(const CageEvaluations& all, const std::filesystem::path& dir)
                      {"control_grasps", params.control_grasps},
                      {"self_check_trials", params.self_check_trials},
                      {"recorded_grasps", params.recorded_grasps},
+                     {"margin_grasps", params.margin_grasps},
                      {"seed", params.seed},
                      {"counts", counts_json(all.list)},
                      {"controls", physics::to_json(all.controls)},
@@ -182,7 +198,7 @@ void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
   params.damping_s = file.at("damping_s"), params.step_s = file.at("step_s");
   params.control_grasps = file.at("control_grasps"), params.seed = file.at("seed");
   params.self_check_trials = file.at("self_check_trials");
-  params.recorded_grasps = file.at("recorded_grasps");
+  params.recorded_grasps = file.at("recorded_grasps"), params.margin_grasps = file.at("margin_grasps");
   all.controls = physics::controls_from(file.at("controls"));
   all.self_check = physics::self_check_from(file.at("self_check"));
   std::ifstream recordings(dir / "recordings.json");
@@ -198,6 +214,7 @@ void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
     evaluation.pulls = pulls_from(entry.at("directions")), evaluation.ring = pulls_from(entry.at("ring"));
     evaluation.wrenches = wrenches_from(entry.at("wrenches"));
     evaluation.search = search_from(entry.at("escape_search"));
+    evaluation.loosening = loosening_from(entry.at("loosening"));
   }
 }
 

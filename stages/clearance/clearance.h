@@ -14,6 +14,6 @@ struct ClearanceParams {
 geometry::SignedDistanceField clearance(const ClearanceParams& params, pipeline::Run& run,
                                         const geometry::Occupancy& map);
 
-inline constexpr pipeline::Stage clearance_stage{"clearance", 1, &clearance};
+inline constexpr pipeline::Stage clearance_stage{"clearance", 2, &clearance};
 
 }  // namespace geocage::stages

@@ -103,6 +103,39 @@ std::vector<physics::Recording> recorded(const Evaluations& all, const Protocol&
   return recordings;
 }
 
+/// Lift, shake and release of the first grasps, and the margins of the first ones.
+void add_lifts_and_margins(Evaluations& all, const Protocol& protocol, const physics::ObjectBody& object,
+                           const hands::Hand& hand, const std::vector<Posture>& postures,
+                           const hands::GraspSet& grasps) {
+  std::vector<Evaluation*> simulated;
+  for (Evaluation& evaluation : all.list)
+    if (evaluation.outcome != Outcome::rejected) simulated.push_back(&evaluation);
+  const auto first = [&](int wanted) { return std::min<std::size_t>(simulated.size(), wanted); };
+  std::vector<physics::Recording> films(first(all.params.lift_grasps));
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < films.size(); ++i) {
+    const int grasp = simulated[i]->grasp;
+    physics::Recording& film = films[i];
+    film.grasp = grasp, film.hand = hand.name, film.protocol = protocol.name;
+    film.object = grasps.grasps[grasp].object, film.trial = "lift", film.joints = hand.tree.dof_names;
+    const bool kept = i < static_cast<std::size_t>(all.params.recorded_grasps);
+    simulated[i]->lift = physics::lift_trial(protocol, object, hand, postures[grasp], all.params.seed,
+                                             kept ? &film : nullptr);
+    film.outcome = simulated[i]->lift->outcome;
+  }
+  for (const physics::Recording& film : films)
+    if (!film.frames.empty()) all.recordings.push_back(film);
+
+  physics::MarginRule rule;
+  rule.draws = all.params.margin_draws;
+  for (std::size_t i = 0; i < first(all.params.margin_grasps); ++i) {
+    const int grasp = simulated[i]->grasp;
+    const auto open = physics::open_posture(hand, *object.field, grasps.grasps[grasp]);
+    simulated[i]->margins = physics::force_margins(protocol, object, hand, postures[grasp].X_OH, open.q, rule,
+                                                   all.params.seed);
+  }
+}
+
 /// A sample of the pushes of all simulated grasps, at half the step and with twice the iterations.
 physics::SelfCheck checked(const Evaluations& all, const Protocol& protocol, const physics::ObjectBody& object,
                            const hands::Hand& hand, const std::vector<Posture>& postures) {
@@ -248,6 +281,10 @@ void EvaluateParams::visit(pipeline::Fields& f) {
   f("self_check_trials", self_check_trials, {0, 1e6},
     "pushes repeated at half the step and with twice the iterations");
   f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose pushes are kept for playback");
+  f("lift_grasps", lift_grasps, {0, 1e6}, "first grasps that lift, shake and let go of the object, too");
+  f("margin_grasps", margin_grasps, {0, 1e6},
+    "first grasps whose margins of friction, push and pose noise are bisected; minutes each");
+  f("margin_draws", margin_draws, {1, 1e4}, "displaced poses of each level; 95 % of them must hold");
   f("seed", seed, "seed of the solver");
 }
 
@@ -287,6 +324,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                   control("random fingers", Control::Rule::reported, rest.last(share))};
   all.self_check = checked(all, protocol, body, hand, postures);
   all.recordings = recorded(all, protocol, body, hand, postures, grasps);
+  add_lifts_and_margins(all, protocol, body, hand, postures, grasps);
   report(all, trials, run);
   return all;
 }

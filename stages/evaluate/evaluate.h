@@ -2,11 +2,14 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "physics/controls.h"
+#include "physics/lift_trial.h"
+#include "physics/margins.h"
 #include "physics/outcome.h"
 #include "physics/protocols.h"
 #include "physics/recording.h"
@@ -28,6 +31,9 @@ struct EvaluateParams {
   int control_grasps = 4;
   int self_check_trials = 6;
   int recorded_grasps = 1;
+  int lift_grasps = 1;
+  int margin_grasps = 0;
+  int margin_draws = 20;
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
@@ -50,6 +56,8 @@ struct Evaluation {
   double start_penetration_m = 0, max_penetration_m = 0;
   double drift_m = 0, drift_rad = 0;  ///< while the hand closed and settled, before the pushes
   std::vector<DirectionResult> directions;
+  std::optional<physics::LiftTrial> lift;       ///< where it was asked
+  std::optional<physics::ForceMargins> margins;  ///< likewise
 };
 
 /// All grasps of a set under one protocol.
@@ -74,7 +82,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 3, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 4, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);

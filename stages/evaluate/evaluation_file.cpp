@@ -72,6 +72,27 @@ json engine_json(const EvaluateParams& params) {
           {"squeeze_m", grip.squeeze_m}};
 }
 
+json lift_json(const std::optional<physics::LiftTrial>& lift) {
+  if (!lift) return {};
+  return {{"outcome", physics::name(lift->outcome)},
+          {"phase", lift->phase},
+          {"released", lift->released},
+          {"max_displacement_m", lift->displacement_m},
+          {"max_rotation_rad", lift->rotation_rad},
+          {"ended_s", lift->ended_s},
+          {"max_penetration_m", lift->penetration_m}};
+}
+
+std::optional<physics::LiftTrial> lift_from(const json& entry) {
+  if (entry.is_null()) return {};
+  physics::LiftTrial lift;
+  lift.outcome = outcome_named(entry.at("outcome")), lift.phase = entry.at("phase");
+  lift.released = entry.at("released");
+  lift.displacement_m = entry.at("max_displacement_m"), lift.rotation_rad = entry.at("max_rotation_rad");
+  lift.ended_s = entry.at("ended_s"), lift.penetration_m = entry.at("max_penetration_m");
+  return lift;
+}
+
 json counts_json(const std::vector<Evaluation>& evaluations) {
   json counts;
   for (const Outcome outcome : physics::outcomes)
@@ -88,7 +109,10 @@ Evaluation evaluation_from(const json& entry) {
                         .max_penetration_m = entry.at("max_penetration_m"),
                         .drift_m = entry.at("drift_m"),
                         .drift_rad = entry.at("drift_rad"),
-                        .directions = {}};
+                        .directions = {},
+                        .lift = lift_from(entry.at("lift")),
+                        .margins = {}};
+  if (!entry.at("margins").is_null()) evaluation.margins = physics::force_margins_from(entry.at("margins"));
   for (const json& direction : entry.at("directions"))
     evaluation.directions.push_back({direction.at("name"), outcome_named(direction.at("outcome")),
                                      direction.at("max_displacement_m"), direction.at("max_rotation_rad"),
@@ -107,6 +131,8 @@ json to_json(const Evaluations& all, const Evaluation& evaluation) {
           {"outcome", physics::name(evaluation.outcome)},
           {"reason", evaluation.reason},
           {"directions", directions},
+          {"lift", lift_json(evaluation.lift)},
+          {"margins", evaluation.margins ? physics::to_json(*evaluation.margins) : json()},
           {"drift_m", evaluation.drift_m},
           {"drift_rad", evaluation.drift_rad},
           {"start_penetration_m", evaluation.start_penetration_m},
@@ -130,6 +156,9 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                      {"control_grasps", all.params.control_grasps},
                      {"self_check_trials", all.params.self_check_trials},
                      {"recorded_grasps", all.params.recorded_grasps},
+                     {"lift_grasps", all.params.lift_grasps},
+                     {"margin_grasps", all.params.margin_grasps},
+                     {"margin_draws", all.params.margin_draws},
                      {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
                      {"controls", physics::to_json(all.controls)},
@@ -153,7 +182,9 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   params.protocol = file.at("protocol"), params.friction = file.at("friction");
   params.object_geometry = file.at("object_geometry"), params.control_grasps = file.at("control_grasps");
   params.self_check_trials = file.at("self_check_trials");
-  params.recorded_grasps = file.at("recorded_grasps"), params.seed = file.at("seed");
+  params.recorded_grasps = file.at("recorded_grasps"), params.lift_grasps = file.at("lift_grasps");
+  params.margin_grasps = file.at("margin_grasps"), params.margin_draws = file.at("margin_draws");
+  params.seed = file.at("seed");
   all.self_check = physics::self_check_from(file.at("self_check"));
   std::ifstream recordings(dir / "recordings.json");
   recordings.exceptions(std::ios::badbit);

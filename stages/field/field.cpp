@@ -7,7 +7,11 @@ namespace geocage::stages {
 void FieldParams::visit(pipeline::Fields& f) {
   f("cells", cells, {8, 512}, "coarse cells along the longest side of the padded box");
   f("pad_m", pad_m, {0.001, 1}, "free border around the surface; at least the thickness of a finger");
-  f("refine", refine, {1, 16}, "fine cells along a coarse cell that the surface may cross");
+  f("refine", refine, {1, 15}, "fine cells along a coarse cell that the surface may cross, at least");
+  f("error_m", error_m, {0, 0.01},
+    "about how far interpolation may err outside, near the surface: cells that do worse are parted; 0: none "
+    "is");
+  f("near_m", near_m, {0, 1}, "how far from the surface that counts");
 }
 
 geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& run,
@@ -16,9 +20,10 @@ geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& ru
   if (!report.closed_manifold())
     throw pipeline::UserError(pipeline::Fault::geometry, "field",
                               "inside and outside need a closed manifold: " + flaw(report));
-  auto field = geometry::build_distance_field(mesh, {params.cells, params.pad_m, params.refine});
+  auto field = geometry::build_distance_field(
+      mesh, {params.cells, params.pad_m, params.refine, params.error_m, params.near_m});
   run.metric("cell_m", field.cell_m);
-  run.metric("fine_cell_m", field.cell_m / field.refine);
+  run.metric("finest_cell_m", field.finest_cell_m());
   run.metric("nodes", static_cast<double>(field.coarse.size() + field.fine.size()));
   return field;
 }

@@ -53,6 +53,9 @@ std::optional<Gripper> gripper_of(const hands::Hand& hand) {
   // Opposite and equally fast, up to the rounding of the axes in the URDF.
   if (gripper.closing_H.norm() < 0.5 || (gripper.closing_H + way(second)).norm() > 1e-6) return std::nullopt;
   gripper.closing_H.normalize();
+  for (const auto& [a, b, radius_m] : hands::placed_capsules(hand, Pose::Identity(), hand.open_rad))
+    for (const Vec3& end : {a, b})
+      gripper.reach_m = std::max(gripper.reach_m, (end - hand.palm_H).dot(hand.approach_H) + radius_m);
   return gripper;
 }
 

@@ -12,6 +12,7 @@ struct Gripper {
   int dof = 0;
   geometry::Vec3 closing_H =
       geometry::Vec3::Zero();  ///< unit: the way the first finger closes, the second the opposite
+  double reach_m = 0;          ///< of the fingers, beyond the palm's surface
 };
 
 /// Nothing for a hand of any other kind.

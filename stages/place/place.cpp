@@ -20,6 +20,8 @@ void PlaceParams::visit(pipeline::Fields& fields) {
   fields("align_plane", align_plane, "roll 0 lets the fingers close in the ball's plane; off: a random turn");
   fields("gaps_m", gaps_m, {0, 0.2},
          "how far the hand is backed off from the first contact of palm or knuckles");
+  fields("straddle_m", straddle_m, {-0.1, 0.2},
+         "of a gripper, in place of gaps: how far its pads reach behind the surface");
   fields("rolls_winding", rolls_winding, {1, 64},
          "turns about the approach for candidates that are rings or pairs");
   fields("rolls_curvature", rolls_curvature, {1, 64}, "turns about the approach for all other candidates");

@@ -19,6 +19,7 @@ struct PlaceParams {
   std::vector<std::string> approaches = {"normal", "center"};
   bool align_plane = true;
   std::vector<double> gaps_m = {0.02, 0.035};
+  std::vector<double> straddle_m = {0.01, 0.02, 0.035};
   int rolls_winding = 2, rolls_curvature = 4;
   std::vector<double> spreads_rad = {0, 0.5};
   bool spread_by_shape = false;
@@ -61,6 +62,6 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
                       const geometry::SignedDistanceField& field, const geometry::PointCloud& support_cloud,
                       const geometry::Occupancy& occupancy, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage place_stage{"place", 3, &place};
+inline constexpr pipeline::Stage place_stage{"place", 4, &place};
 
 }  // namespace geocage::stages

@@ -73,7 +73,7 @@ std::vector<double> spreads_of(const PlaceParams& params, const Candidate& candi
 }  // namespace
 
 PoseList listed_poses(const PlaceParams& params, const Candidate& candidate,
-                      const geometry::TriangleMesh& mesh) {
+                      const geometry::TriangleMesh& mesh, const std::vector<double>& gaps_m) {
   PoseList list;
   auto random = random_of(params, candidate);
   const bool ring = candidate.heuristic == "winding" || candidate.heuristic == "loops" ||
@@ -83,12 +83,12 @@ PoseList listed_poses(const PlaceParams& params, const Candidate& candidate,
   for (const std::string& approach : params.approaches) {
     const auto along = direction(candidate, approach);
     if (!along) {
-      list.no_direction += rolls * static_cast<int>(params.gaps_m.size() * spreads.size());
+      list.no_direction += rolls * static_cast<int>(gaps_m.size() * spreads.size());
       continue;
     }
     const Vec3 flexion = flexion_axis(params, candidate, *along, random);
     for (int roll = 0; roll < rolls; ++roll)
-      for (double gap_m : params.gaps_m)
+      for (double gap_m : gaps_m)
         for (double spread_rad : spreads)
           list.choices.push_back(
               {candidate.p_O, *along, flexion, two_pi * roll / rolls, gap_m, spread_rad, 0});
@@ -97,7 +97,7 @@ PoseList listed_poses(const PlaceParams& params, const Candidate& candidate,
 }
 
 std::vector<PoseChoice> local_poses(const PlaceParams& params, const PoseList& listed,
-                                    const Candidate& candidate) {
+                                    const Candidate& candidate, const std::vector<double>& gaps_m) {
   std::vector<PoseChoice> samples;
   if (listed.choices.empty()) return samples;
   auto random = random_of(params, candidate);
@@ -115,7 +115,7 @@ std::vector<PoseChoice> local_poses(const PlaceParams& params, const PoseList& l
       choice.flexion_O = turn * choice.flexion_O;
     }
     choice.roll_rad = two_pi * static_cast<int>(params.local_rolls * uniform(random)) / params.local_rolls;
-    choice.gap_m = drawn(random, params.gaps_m);
+    choice.gap_m = drawn(random, gaps_m);
     choice.spread_rad = drawn(random, params.local_spreads_rad);
     choice.opened_rad = drawn(random, params.local_openings_rad);
     samples.push_back(choice);

@@ -10,7 +10,9 @@ namespace geocage::stages {
 /// along `flexion_O`.
 struct PoseChoice {
   geometry::Vec3 p_O, approach_O, flexion_O;
-  double roll_rad = 0, gap_m = 0, spread_rad = 0;
+  double roll_rad = 0;
+  double gap_m = 0;  ///< of a gripper: how far its pads reach behind p
+  double spread_rad = 0;
   double opened_rad = 0;  ///< of the first joints, beyond the open posture
 };
 
@@ -19,13 +21,13 @@ struct PoseList {
   std::vector<PoseChoice> choices;
   int no_direction = 0;
 };
-/// Lines x rolls x gaps x spreads: those of one line and roll follow each other.
+/// Lines x rolls x `gaps_m` x spreads: those of one line and roll follow each other.
 PoseList listed_poses(const PlaceParams& params, const topology::Candidate& candidate,
-                      const geometry::TriangleMesh& mesh);
+                      const geometry::TriangleMesh& mesh, const std::vector<double>& gaps_m);
 
 /// `local_samples` draws around the lines of the list: moved sideways, tilted, rolled, spread, opened. The
 /// same for the same seed and vertex.
 std::vector<PoseChoice> local_poses(const PlaceParams& params, const PoseList& listed,
-                                    const topology::Candidate& candidate);
+                                    const topology::Candidate& candidate, const std::vector<double>& gaps_m);
 
 }  // namespace geocage::stages

@@ -48,13 +48,14 @@ bool same_line(const PoseChoice& a, const PoseChoice& b) {
 }
 
 /// What a grasp tells about where it came from.
-std::map<std::string, double> origin_of(const topology::Candidate& candidate, const PoseChoice& choice) {
+std::map<std::string, double> origin_of(const topology::Candidate& candidate, const PoseChoice& choice,
+                                        bool gripper) {
   return {{"score", candidate.score},
           {"vertex", candidate.vertex},
           {"winding_angle_rad", candidate.winding_angle_rad},
           {"curvature_sum_rad", candidate.curvature_sum_rad},
           {"euler", candidate.euler},
-          {"gap_m", choice.gap_m},
+          {gripper ? "straddle_m" : "gap_m", choice.gap_m},
           {"roll_rad", choice.roll_rad},
           {"spread_rad", choice.spread_rad}};
 }
@@ -101,24 +102,26 @@ PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores
 }
 
 std::vector<PlacedCapsule> PoseSearch::capsules(const Pose& X_OH, const Eigen::VectorXd& q) const {
-  std::vector<Pose> X_HL;
-  std::vector<PlacedCapsule> placed;
-  hands::forward_kinematics(hand_.tree, q, X_HL);
-  hands::place_capsules(hand_, X_OH, X_HL, placed);
-  return placed;
+  return hands::placed_capsules(hand_, X_OH, q);
 }
 
 double PoseSearch::com_offset_m(const PoseChoice& choice) const {
   return choice.approach_O.cross(center_of_mass_O_ - choice.p_O).norm();
 }
 
-/// The hand on the line of the choice, its palm ahead, where palm or knuckles first touch.
-std::optional<Pose> PoseSearch::first_contact(const PoseChoice& choice) const {
+/// The hand turned as the choice says, the middle of its palm's surface at a point.
+Pose PoseSearch::palm_at(const Vec3& p_O, const PoseChoice& choice) const {
   const Vec3 flexion_O = Eigen::AngleAxisd(choice.roll_rad, choice.approach_O) * choice.flexion_O;
   Pose X_OH = Pose::Identity();
   X_OH.linear() = hand_frame(choice.approach_O, flexion_O) *
                   hand_frame(hand_.approach_H, hand_.flexion_axis_H).transpose();
-  X_OH.translation() = choice.p_O - far_m_ * choice.approach_O - X_OH.linear() * hand_.palm_H;
+  X_OH.translation() = p_O - X_OH.linear() * hand_.palm_H;
+  return X_OH;
+}
+
+/// The hand on the line of the choice, its palm ahead, where palm or knuckles first touch.
+std::optional<Pose> PoseSearch::first_contact(const PoseChoice& choice) const {
+  Pose X_OH = palm_at(choice.p_O - far_m_ * choice.approach_O, choice);
   const auto all = capsules(X_OH, hand_.open_rad);
   std::vector<PlacedCapsule> base;
   for (int i : base_) base.push_back(all[i]);
@@ -270,9 +273,12 @@ double PoseSearch::flux(const Pose& X_OH, const Eigen::VectorXd& q) const {
 }
 
 /// The rule that turns the choice down, or empty and the grasp in `grasp`. `contact` is where the palm first
-/// touches.
+/// touches. A gripper's pads come as far behind the surface as the choice says, wherever its palm is.
 std::string PoseSearch::try_choice(const PoseChoice& choice, const std::optional<Pose>& contact,
                                    hands::Grasp& grasp) const {
+  if (gripper_)
+    return try_pose(palm_at(choice.p_O + (choice.gap_m - gripper_->reach_m) * choice.approach_O, choice),
+                    choice, grasp);
   if (!contact) return "palm meets nothing";
   Pose X_OH = *contact;
   X_OH.translation() -= choice.gap_m * choice.approach_O;
@@ -281,8 +287,8 @@ std::string PoseSearch::try_choice(const PoseChoice& choice, const std::optional
 
 CandidatePoses PoseSearch::search(const topology::Candidate& candidate) const {
   CandidatePoses poses;
-  PoseList list = listed_poses(params_, candidate, scores_.mesh);
-  const auto samples = local_poses(params_, list, candidate);
+  PoseList list = listed_poses(params_, candidate, scores_.mesh, gaps_m());
+  const auto samples = local_poses(params_, list, candidate, gaps_m());
   list.choices.insert(list.choices.end(), samples.begin(), samples.end());
   poses.tried = static_cast<int>(list.choices.size()) + list.no_direction;
   if (list.no_direction > 0) poses.rejected["no direction to the ball's centre"] = list.no_direction;
@@ -295,7 +301,7 @@ CandidatePoses PoseSearch::search(const topology::Candidate& candidate) const {
     hands::Grasp grasp;
     std::string rule = unseen ? "never observed" : "far from the centre of mass";
     if (!unseen && offset_m <= params_.max_com_offset_m) {
-      if (!before || !same_line(*before, choice)) contact = first_contact(choice);
+      if (!gripper_ && (!before || !same_line(*before, choice))) contact = first_contact(choice);
       before = &choice;
       rule = try_choice(choice, contact, grasp);
     }
@@ -304,7 +310,7 @@ CandidatePoses PoseSearch::search(const topology::Candidate& candidate) const {
       continue;
     }
     grasp.heuristic = candidate.heuristic;
-    grasp.scores.merge(origin_of(candidate, choice));
+    grasp.scores.merge(origin_of(candidate, choice, gripper_.has_value()));
     grasp.scores["ball_radius_m"] = scores_.ball.radius_m;
     grasp.scores["com_offset_m"] = offset_m;
     poses.grasps.push_back(std::move(grasp));
@@ -328,7 +334,7 @@ void PoseSearch::measure(hands::Grasp& grasp, const topology::Candidate& candida
   grasp.scores["axis_linking"] = hands::axis_linking(loops, candidate.center_O, axis);
   grasp.scores["flux_share"] = flux(grasp.X_OH, q);
   const hands::FrictionModel model{params_.friction_mu, params_.friction_edges, center_of_mass_O_,
-                                   torque_length_m_};
+                                   torque_length_m_, hand_.torsion_m};
   const auto closure = hands::force_closure(contacts, model);
   grasp.force_closure = hands::name_of(closure.outcome);
   grasp.scores["ferrari_canny_low"] = closure.low;

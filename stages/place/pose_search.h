@@ -40,7 +40,9 @@ class PoseSearch {
   };
 
   double com_offset_m(const PoseChoice& choice) const;
+  geometry::Pose palm_at(const geometry::Vec3& p_O, const PoseChoice& choice) const;
   std::optional<geometry::Pose> first_contact(const PoseChoice& choice) const;
+  const std::vector<double>& gaps_m() const { return gripper_ ? params_.straddle_m : params_.gaps_m; }
   std::optional<Eigen::VectorXd> free_preshape(const geometry::Pose& X_OH, const PoseChoice& choice) const;
   std::optional<Eigen::VectorXd> straddle(geometry::Pose& X_OH) const;
   bool is_free(const geometry::Pose& X_OH, const Eigen::VectorXd& q) const;

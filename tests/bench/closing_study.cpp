@@ -31,15 +31,6 @@ double cpu_ms() {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-std::vector<hands::PlacedCapsule> capsules(const hands::Hand& hand, const Pose& X_OH,
-                                           const Eigen::VectorXd& q) {
-  std::vector<Pose> X_HL;
-  std::vector<hands::PlacedCapsule> placed;
-  hands::forward_kinematics(hand.tree, q, X_HL);
-  hands::place_capsules(hand, X_OH, X_HL, placed);
-  return placed;
-}
-
 double deepest_m(const ExactDistance& exact, const std::vector<hands::PlacedCapsule>& placed,
                  double spacing_m) {
   double deepest = 0;
@@ -64,7 +55,8 @@ Pose random_pose(const hands::Hand& hand, const geometry::SignedDistanceField& f
   X_OH.linear() =
       turn * geometry::frame_from_z(-normals[v]) * geometry::frame_from_z(hand.approach_H).transpose();
   X_OH.translation() = mesh.vertices[v] + far * normals[v] - X_OH.linear() * hand.palm_H;
-  const auto travel = hands::free_travel_m(field, capsules(hand, X_OH, hand.open_rad), -normals[v], far);
+  const auto travel =
+      hands::free_travel_m(field, hands::placed_capsules(hand, X_OH, hand.open_rad), -normals[v], far);
   X_OH.translation() -= (travel.value_or(far) - 0.002 - 0.028 * uniform(random)) * normals[v];
   return X_OH;
 }
@@ -77,9 +69,11 @@ struct Row {
 
 void check(const hands::Hand& hand, const ExactDistance& exact, const Pose& X_OH,
            const hands::ClosedHand& closed, const std::vector<Eigen::VectorXd>& path, Row& row) {
-  row.deepest_m = std::max(row.deepest_m, deepest_m(exact, capsules(hand, X_OH, closed.q), 0.001));
+  row.deepest_m =
+      std::max(row.deepest_m, deepest_m(exact, hands::placed_capsules(hand, X_OH, closed.q), 0.001));
   for (std::size_t k = 0; k < path.size(); ++k) {
-    row.on_the_way_m = std::max(row.on_the_way_m, deepest_m(exact, capsules(hand, X_OH, path[k]), 0.005));
+    row.on_the_way_m =
+        std::max(row.on_the_way_m, deepest_m(exact, hands::placed_capsules(hand, X_OH, path[k]), 0.005));
     row.limits += ((path[k] - hand.tree.lower_rad).minCoeff() < -1e-12) ||
                   ((hand.tree.upper_rad - path[k]).minCoeff() < -1e-12);
     if (k > 0) row.backwards += (path[k] - path[k - 1]).cwiseProduct(hand.closing_rad).minCoeff() < 0;

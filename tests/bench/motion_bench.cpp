@@ -20,7 +20,8 @@ struct Scene {
   hands::Hand hand = hands::load_hand("schunk_sdh");
   geometry::SignedDistanceField field =
       geometry::build_distance_field(datasets::icosphere(0.035, 4), {64, 0.04, 3});
-  motion::FloatingHand floating{hand, motion::Pose(Eigen::Translation3d(0, 0, -0.06 - hand.palm_H.z()))};
+  motion::Mover floating =
+      motion::Mover::floating(hand, motion::Pose(Eigen::Translation3d(0, 0, -0.06 - hand.palm_H.z())));
   std::vector<VectorXd> path;
 
   Scene() {
@@ -39,7 +40,7 @@ Scene& scene() {
 
 void proof(benchmark::State& state) {
   Scene& s = scene();
-  motion::Prover prover(s.floating, s.field, std::nullopt);
+  motion::Prover prover(s.floating, {{{&s.field}}, {}});
   const std::vector<double> tolerance(s.hand.tree.links.size(), 5e-4);
   motion::Certificate answer;
   for (auto _ : state) answer = prover.certify(s.path, tolerance);
@@ -50,7 +51,7 @@ BENCHMARK(proof)->Unit(benchmark::kMicrosecond);
 
 void sampled(benchmark::State& state) {
   Scene& s = scene();
-  motion::Prover prover(s.floating, s.field, std::nullopt);
+  motion::Prover prover(s.floating, {{{&s.field}}, {}});
   bool free = true;
   for (auto _ : state)
     for (int k = 0; k <= 16 * steps; ++k) {
@@ -64,7 +65,7 @@ BENCHMARK(sampled)->Unit(benchmark::kMicrosecond);
 
 void rrt_connect_to_the_open_hand(benchmark::State& state) {
   Scene& s = scene();
-  motion::Prover prover(s.floating, s.field, std::nullopt);
+  motion::Prover prover(s.floating, {{{&s.field}}, {}});
   VectorXd lower(s.floating.dim()), upper(s.floating.dim());
   lower << Vec3::Constant(-5), Vec3::Constant(-M_PI), s.hand.tree.lower_rad;
   upper << Vec3::Constant(5), Vec3::Constant(M_PI), s.hand.tree.upper_rad;

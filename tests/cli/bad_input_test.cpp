@@ -6,10 +6,12 @@
 #include <random>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
 #include "datasets/shapes.h"
 #include "geometry/mesh.h"
+#include "hands/grasp.h"
 #include "tests/cli/program.h"
 #include "tests/pipeline/scratch_folder.h"
 
@@ -163,6 +165,46 @@ TEST_F(BadInput, GraspFiles) {
     EXPECT_EQ(ended.code, 3) << bad << ended.err;
     EXPECT_NE(ended.err.find("grasp.json"), std::string::npos) << ended.err;
   }
+}
+
+TEST_F(BadInput, WhatIsEvaluated) {
+  geometry::write_ply(folder_ / "ball.ply", datasets::icosphere(0.03, 3));
+  geometry::write_ply(folder_ / "ball_mm.ply", datasets::icosphere(30, 3));
+  const auto hand = hands::load_hand("schunk_sdh");
+  hands::Grasp grasp;
+  grasp.hand = "schunk_sdh", grasp.object = "ball";
+  grasp.joints_rad = hands::joint_map(hand.tree, hand.open_rad);
+  const auto evaluate = [&](const char* mesh, const std::string& text) {
+    return geocage({"evaluate", "--mesh", (folder_ / mesh).string(), "--hand", "schunk_sdh", "--grasp",
+                    write("grasp.json", text).string()});
+  };
+  const auto says = [](const Ended& ended, const char* words) {
+    return (ended.out + ended.err).find(words) != std::string::npos;
+  };
+  // The ball in the middle of the palm.
+  grasp.X_OH.translation() = -(hand.palm_H - 0.02 * hand.approach_H);
+  const std::string inside = hands::to_json(grasp).dump();
+  const Ended rejected = evaluate("ball.ply", inside);
+  EXPECT_EQ(rejected.code, 1) << rejected.err;
+  EXPECT_TRUE(says(rejected, "rejected: the hand starts")) << rejected.out;
+  // Millimetres: the unit guard asks, and does as it is told.
+  const Ended large = evaluate("ball_mm.ply", inside);
+  EXPECT_EQ(large.code, 3);
+  EXPECT_TRUE(says(large, "--units mm") || says(large, "mm")) << large.err;
+  // NaN has no JSON; what writers put in its place is refused by name.
+  for (const char* nothing : {"null", "NaN", "1e999"}) {
+    std::string text = inside;
+    const auto at = text.find("\"p_m\":[") + 7;
+    text.replace(at, text.find(',', at) - at, nothing);
+    const Ended ended = evaluate("ball.ply", text);
+    EXPECT_EQ(ended.code, 3) << text << ended.err;
+    EXPECT_TRUE(says(ended, "grasp.json")) << ended.err;
+  }
+  std::string other = inside;
+  other.replace(other.find("schunk_sdh"), 10, "barrett_bh280");
+  const Ended mismatched = evaluate("ball.ply", other);
+  EXPECT_EQ(mismatched.code, 3) << mismatched.err;
+  EXPECT_TRUE(says(mismatched, "barrett_bh280")) << mismatched.err;
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ bool same_bytes(const SignedDistanceField& a, const SignedDistanceField& b) {
   return a.coarse.size() == b.coarse.size() && a.fine.size() == b.fine.size() && a.block == b.block &&
          std::memcmp(a.coarse.data(), b.coarse.data(), a.coarse.size() * sizeof(float)) == 0 &&
          std::memcmp(a.fine.data(), b.fine.data(), a.fine.size() * sizeof(float)) == 0 &&
-         a.origin == b.origin && a.cell_m == b.cell_m && a.nodes == b.nodes && a.refine == b.refine;
+         a.origin == b.origin && a.cell_m == b.cell_m && a.nodes == b.nodes;
 }
 
 /// A node's value against brute force and the winding number.
@@ -42,22 +42,29 @@ std::array<int, 3> node_of(std::ptrdiff_t i, std::ptrdiff_t nx, std::ptrdiff_t n
 /// Nodes here and there, coarse ones and fine ones.
 void expect_exact_nodes(const TriangleMesh& mesh, const SignedDistanceField& field) {
   std::mt19937_64 random(1);
-  const int n = field.refine + 1;
-  std::vector<std::ptrdiff_t> cell_of_block;
-  for (std::size_t cell = 0; cell < field.block.size(); ++cell)
-    if (field.block[cell] >= 0) cell_of_block.push_back(static_cast<std::ptrdiff_t>(cell));
-  ASSERT_EQ(field.fine.size(), cell_of_block.size() * static_cast<std::size_t>(n * n * n));
+  std::vector<std::size_t> parted;
+  std::size_t nodes = 0;  // blocks follow each other, in the order of their cells
+  for (std::size_t cell = 0; cell < field.block.size(); ++cell) {
+    if (field.block[cell] == 0) continue;
+    ASSERT_EQ(field.block[cell] >> 4, nodes);
+    const std::size_t n = (field.block[cell] & 15) + 1;
+    nodes += n * n * n;
+    parted.push_back(cell);
+  }
+  ASSERT_EQ(field.fine.size(), nodes);
   for (int i = 0; i < 400; ++i) {
     const auto node = static_cast<std::ptrdiff_t>(random() % field.coarse.size());
     const auto [x, y, z] = node_of(node, field.nodes[0], field.nodes[1]);
     expect_exact(mesh, field.origin + field.cell_m * Vec3(x, y, z), field.coarse[node]);
 
-    const auto fine = static_cast<std::ptrdiff_t>(random() % field.fine.size());
+    const std::size_t cell = parted[random() % parted.size()];
+    const int parts = static_cast<int>(field.block[cell] & 15), n = parts + 1;
+    const auto fine = static_cast<std::ptrdiff_t>(random() % static_cast<std::size_t>(n * n * n));
     const auto [cx, cy, cz] =
-        node_of(cell_of_block[fine / (n * n * n)], field.nodes[0] - 1, field.nodes[1] - 1);
-    const auto [fx, fy, fz] = node_of(fine % (n * n * n), n, n);
-    expect_exact(mesh, field.origin + field.cell_m * (Vec3(cx, cy, cz) + Vec3(fx, fy, fz) / field.refine),
-                 field.fine[fine]);
+        node_of(static_cast<std::ptrdiff_t>(cell), field.nodes[0] - 1, field.nodes[1] - 1);
+    const auto [fx, fy, fz] = node_of(fine, n, n);
+    expect_exact(mesh, field.origin + field.cell_m * (Vec3(cx, cy, cz) + Vec3(fx, fy, fz) / parts),
+                 field.fine[(field.block[cell] >> 4) + static_cast<std::size_t>(fine)]);
   }
 }
 
@@ -91,7 +98,7 @@ TEST(DistanceField, RandomPointsAreOnTheirSide) {
       const Vec3 p = random_point(random, report.box_min, report.box_max);
       // The corners' distances differ from that of p by their ways to p at most; the weighted mean of these
       // ways is at most sqrt(3)/2 of a fine cell.
-      const double unsure = std::sqrt(3.0) / 2 * field.cell_m / field.refine;
+      const double unsure = std::sqrt(3.0) / 2 * field.cell_at(p).side_m;
       if (brute_force_distance_m(mesh, p) <= unsure) continue;
       ASSERT_EQ(field.value(p) < 0, winding_number_of_mesh(mesh, p) > 0.5) << p.transpose();
     }

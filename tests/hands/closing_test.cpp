@@ -25,14 +25,6 @@ SignedDistanceField sphere(const Vec3& center, double radius) {
                        Vec3(0.1, 0.1, 0.3), 0.002);
 }
 
-std::vector<PlacedCapsule> capsules_of(const Hand& hand, const Eigen::VectorXd& q) {
-  std::vector<Pose> X_HL;
-  std::vector<PlacedCapsule> placed;
-  forward_kinematics(hand.tree, q, X_HL);
-  place_capsules(hand, Pose::Identity(), X_HL, placed);
-  return placed;
-}
-
 /// Open, spread so that the three fingers are symmetric about z.
 Eigen::VectorXd symmetric(const Hand& hand) {
   Eigen::VectorXd q = hand.open_rad;
@@ -150,7 +142,7 @@ TEST(CloseHand, DoesNotTunnelThroughAThinWall) {
   const ClosedHand closed = close_hand(hand, field, Pose::Identity(), hand.open_rad, {});
   EXPECT_EQ(closed.fingers_touching, 3);
   EXPECT_LE(closed.penetration_m, 0.001);
-  const auto placed = capsules_of(hand, closed.q);
+  const auto placed = placed_capsules(hand, Pose::Identity(), closed.q);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const std::string& link = hand.tree.links[hand.capsules[i].link];
     if (link == "palm" || link.back() == '1') continue;
@@ -180,7 +172,7 @@ TEST(CloseHand, StopsAtItsLimitsOrItselfWhenThereIsNothing) {
     EXPECT_TRUE(closed.contacts.empty());
     EXPECT_EQ(closed.fingers_touching, 0);
     EXPECT_TRUE(((hand.tree.upper_rad - closed.q).array() >= -1e-12).all());
-    const auto placed = capsules_of(hand, closed.q);
+    const auto placed = placed_capsules(hand, Pose::Identity(), closed.q);
     for (std::size_t i = 0; i < placed.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) {
         const int a = hand.capsules[i].link, b = hand.capsules[j].link;

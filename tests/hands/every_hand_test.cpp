@@ -56,11 +56,7 @@ void expect_holds_ball(const Hand& hand) {
   const Best best = close_on_ball(hand, field);
   EXPECT_GE(best.closed.fingers_touching, std::min<std::size_t>(3, hand.fingers.size()));
   EXPECT_LT(opposition(best.closed), -0.5) << "fingers press from sides more than 120 degrees apart";
-  std::vector<Pose> X_HL;
-  std::vector<PlacedCapsule> placed;
-  forward_kinematics(hand.tree, best.closed.q, X_HL);
-  place_capsules(hand, best.X_OH, X_HL, placed);
-  for (const PlacedCapsule& capsule : placed)
+  for (const PlacedCapsule& capsule : placed_capsules(hand, best.X_OH, best.closed.q))
     EXPECT_GT(distance_m(capsule), -0.001) << "the most that a closed hand may penetrate";
   for (int dof = 0; dof < hand.tree.dofs(); ++dof) {
     const double moved = hand.closing_rad[dof] * (best.closed.q[dof] - hand.open_rad[dof]);

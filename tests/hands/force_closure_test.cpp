@@ -76,6 +76,26 @@ TEST(ForceClosure, SaysWhyNot) {
   EXPECT_EQ(name_of(pushed.outcome), "one-sided");
 }
 
+// Two soft contacts at +-x, rho = 1. With a = (F_y, F_z) and b = (T_z, -T_y) their support functions are
+// -F_x + mu sqrt(|a+b|^2 + (e T_x)^2) and F_x + mu sqrt(|a-b|^2 + (e T_x)^2). The larger one is least on the
+// unit sphere along T_x, mu e, or at a = b, F_x = mu |a| = mu / sqrt(2 + mu^2): a pull that one contact alone
+// resists.
+TEST(ForceClosure, TwoSoftFingersThatFaceEachOtherCloseByForce) {
+  const auto antipodal = on_sphere({Vec3::UnitX(), -Vec3::UnitX()});
+  for (double e : {0.1, 0.4, 1.0}) {
+    const FrictionModel model{.mu = 0.5, .edges = 12, .torsion_m = e};
+    const auto closure = force_closure(antipodal, model);
+    EXPECT_EQ(closure.outcome, Resistance::force_closure) << e;
+    const double exact = model.mu * std::min(e, 1 / std::sqrt(2 + model.mu * model.mu));
+    EXPECT_LE(closure.low, exact + 1e-12);
+    EXPECT_GE(closure.high, exact - 1e-12);
+    EXPECT_LT(closure.high, 1.13 * closure.low) << "faces at 22.5 and 15 degrees: 1 / (cos cos) = 1.12";
+  }
+  const auto parted = on_sphere({Vec3(1, 0.9, 0), Vec3(-1, 0.9, 0)});
+  EXPECT_EQ(force_closure(parted, {.mu = 0.5, .torsion_m = 0.4}).outcome, Resistance::one_sided)
+      << "84 degrees between them, and cones of 27";
+}
+
 TEST(ForceClosure, TheIntervalHoldsFinerConesAndShrinks) {
   const auto at = [](int edges) { return force_closure(tetrahedron(), {.mu = 0.6, .edges = edges}); };
   const auto coarse = at(8), fine = at(16);

@@ -6,6 +6,9 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
+#include "motion/tasks/limits.h"
+#include "motion/tasks/state.h"
+
 namespace geocage::motion {
 namespace {
 

@@ -5,6 +5,9 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "motion/tasks/limits.h"
+#include "motion/tasks/state.h"
+
 namespace geocage::motion {
 namespace {
 

@@ -4,7 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "motion/gauss_newton.h"
-#include "motion/topology_tasks.h"
+#include "motion/tasks/winding.h"
+#include "motion/tasks/writhe.h"
 #include "topology/winding_number.h"
 #include "topology/writhe.h"
 

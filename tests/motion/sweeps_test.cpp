@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "motion/gauss_newton.h"
+#include "motion/tasks/limits.h"
+#include "motion/tasks/state.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define GEOCAGE_COUNTS 0

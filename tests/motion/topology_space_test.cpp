@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/tasks/limits.h"
+#include "motion/tasks/state.h"
+
 namespace geocage::motion {
 namespace {
 

@@ -1,6 +1,7 @@
 #include "physics/field_shape.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -44,6 +45,46 @@ TEST(FieldContacts, of_a_flat_face_reach_to_its_edges) {
   }
   EXPECT_LT(low, -half.x() + 0.0045);  // within one sample of the edge
   EXPECT_GT(high, half.x() - 0.0045);
+}
+
+// A finger along a groove of two walls at a right angle meets both, each with its own normal and gap, and gets no
+// bisector between them. The field is linear on either side of the crease, so slopes and gaps are exact but for
+// single precision.
+TEST(FieldContacts, of_a_groove_are_its_two_walls) {
+  const auto field = filled(Vec3::Constant(0.04), 0.002, [](const Vec3& p) {
+    return std::min(p.z() - p.x(), p.z() + p.x()) / std::sqrt(2.0);
+  });
+  const double r = 0.01, gap = 3e-4, height = std::sqrt(2.0) * (r + gap);
+  const FieldContacts found =
+      field_contacts(field, {Vec3(0, -0.0015, height), Vec3(0, 0.0015, height), r}, contact_m);
+  ASSERT_GE(found.size, 2);
+  bool left = false, right = false;
+  for (int i = 0; i < found.size; ++i) {
+    const FieldContact& contact = found.items[i];
+    EXPECT_NEAR(contact.value_m - r, gap, 1e-6);
+    left |= (contact.n_O - Vec3(1, 0, 1).normalized()).norm() < 1e-3;
+    right |= (contact.n_O - Vec3(-1, 0, 1).normalized()).norm() < 1e-3;
+  }
+  EXPECT_TRUE(left && right);
+}
+
+// A finger across a hollow rests on both rims, though one is 0.2 mm deeper than the other: two balls, a capsule over
+// both, and every place of the axis within reach.
+TEST(FieldContacts, of_a_hollow_are_all_its_rims) {
+  const double R = 0.02, r = 0.01, apart = 0.006, lower = 2e-4;
+  const auto field = filled(Vec3::Constant(0.045), 0.0015, [&](const Vec3& p) {
+    return std::min((p - Vec3(-apart, 0, 0)).norm(), (p - Vec3(apart, 0, -lower)).norm()) - R;
+  });
+  const double height = R + r + 1e-4;
+  const FieldContacts found =
+      field_contacts(field, {Vec3(-0.012, 0, height), Vec3(0.012, 0, height), r}, contact_m);
+  bool left = false, right = false;
+  for (int i = 0; i < found.size; ++i) {
+    // A sample of 4 mm is refined to 1 % of 8 mm; the field errs by h^2 / (4 d) = 0.02 mm.
+    left |= std::abs(found.items[i].p_O.x() + apart) < 5e-4 && std::abs(found.items[i].value_m - r - 1e-4) < 5e-5;
+    right |= std::abs(found.items[i].p_O.x() - apart) < 5e-4 && std::abs(found.items[i].value_m - r - 3e-4) < 5e-5;
+  }
+  EXPECT_TRUE(left && right);
 }
 
 // A ring keeps its hole: a capsule through it touches nothing, one through the tube does.

@@ -128,6 +128,16 @@ TEST(CageStage, records_and_checks_itself) {
   EXPECT_EQ(all.self_check.twice_iterations, all.self_check.trials);
 }
 
+// Each finger of the hand opens by some share before the ball gets out; the whole way would let it out.
+TEST(CageStage, tells_how_far_each_finger_may_open) {
+  const CageEvaluation& closed = closed_once().list[0];
+  ASSERT_EQ(closed.loosening.size(), sdh().fingers.size());
+  for (const physics::Loosening& one : closed.loosening) {
+    ASSERT_TRUE(one.share.level) << one.finger;  // closed it held by the choice of pulls
+    EXPECT_LT(*one.share.level, 1) << one.finger;
+  }
+}
+
 TEST(CageStage, rejects_a_hand_inside_the_object) {
   const CageEvaluations all = caged(grasps(false, -0.02));
   EXPECT_EQ(all.list[0].outcome, Outcome::rejected);

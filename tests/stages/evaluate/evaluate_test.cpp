@@ -89,9 +89,12 @@ hands::Grasp pierced_grasp() {
   return grasp_of(place.X_OH, place.q_open);
 }
 
-Evaluations evaluated(const std::vector<hands::Grasp>& grasps, const motion::TrajectorySet& ways = {}) {
+Evaluations evaluated(const std::vector<hands::Grasp>& grasps, const motion::TrajectorySet& ways = {},
+                      int lifts = 0) {
   pipeline::Run run;
-  return evaluate({}, run, {grasps, {}}, ways, sphere_mesh(), sphere_field(), sdh());
+  EvaluateParams params;
+  params.lift_grasps = lifts;
+  return evaluate(params, run, {grasps, {}}, ways, sphere_mesh(), sphere_field(), sdh());
 }
 
 std::string saved(const Evaluations& all) {
@@ -166,10 +169,14 @@ TEST(Evaluate, counts_add_up_and_files_read_back) {
   EXPECT_EQ(file["counts"]["rejected"], 1);
 }
 
-// Of the first simulated grasp every push: from the grasp's own pose through closing to the end, joints and all.
+// Of the first simulated grasp the lift and every push: from the grasp's own pose through closing to the end, joints and all.
 TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
-  const Evaluations all = evaluated({pierced_grasp(), closed_grasp(), open_grasp()});
-  ASSERT_EQ(all.recordings.size(), 6u);
+  const Evaluations all = evaluated({pierced_grasp(), closed_grasp(), open_grasp()}, {}, 1);
+  ASSERT_EQ(all.recordings.size(), 7u);
+  EXPECT_EQ(all.recordings[6].trial, "lift");
+  ASSERT_TRUE(all.list[1].lift);
+  EXPECT_EQ(all.list[1].lift->outcome, Outcome::held);
+  EXPECT_FALSE(all.list[2].lift);
   for (std::size_t i = 0; i < 6; ++i) {
     const physics::Recording& one = all.recordings[i];
     EXPECT_EQ(one.grasp, 1);  // the first was rejected
@@ -187,6 +194,28 @@ TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
 }
 
 // The sample is spread over all pushes; a steady grasp tells the same at half the step.
+// The pads of a gripper press with half of their one motor's force F each, F dx = (N + N) dx: across and along them
+// friction holds a cube against 2 mu F / 2, and no more.
+TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
+  const hands::Hand gripper = hands::load_hand("parallel_2f");
+  const Vec3 half = Vec3::Constant(0.0125);
+  const auto field = filled(Vec3::Constant(0.05), 0.001, [&](const Vec3& p) { return physics::box_distance(p, half); });
+  const ObjectBody cube = physics::box_body(field, half, 0.1);
+  Pose X_OH = Pose::Identity();
+  X_OH.translation().z() = -(0.112 + 0.01875);  // the middle of its pads
+  const auto posture =
+      physics::posture_at(gripper, field, X_OH, Eigen::VectorXd::Constant(1, 0.0427 - half.y()));
+  physics::Protocol protocol = physics::find_protocol("geocage-force");
+  const double limit = protocol.engine.friction * protocol.grip.force_limit_n / cube.mass_kg;
+  for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, 0, 1)}) {
+    // Above it moves by (0.05 limit) t^2 / 2 = 12 m in 2 s; below it creeps by what few iterations leave.
+    protocol.acceleration_m_s2 = 0.95 * limit;
+    EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, way, 0).outcome, Outcome::held) << way;
+    protocol.acceleration_m_s2 = 1.05 * limit;
+    EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, way, 0).outcome, Outcome::lost) << way;
+  }
+}
+
 TEST(Evaluate, checks_itself_on_a_sample) {
   const Evaluations all = evaluated({closed_grasp(), open_grasp()});
   EXPECT_EQ(all.self_check.trials, EvaluateParams{}.self_check_trials);
@@ -204,6 +233,67 @@ TEST(SelfCheck, names_what_disagrees) {
   EXPECT_EQ(check.disagreements[0], "grasp 2, push -z: held, but lost at half the step");
   EXPECT_EQ(physics::even_sample(10, 3), (std::vector<std::size_t>{0, 3, 6}));
   EXPECT_EQ(physics::even_sample(2, 3), (std::vector<std::size_t>{0, 1}));
+}
+
+hands::GraspSet one(const hands::Grasp& grasp) {
+  return {{grasp}, {}};
+}
+
+physics::Posture posture_of(const hands::Grasp& grasp) {
+  return physics::postures_of(one(grasp), sdh(), sphere_field()).front();
+}
+
+// Three fingers around a sphere carry it up, shake it, and let it go when they open.
+TEST(Lift, a_firm_grasp_holds_until_the_hand_opens) {
+  const ObjectBody sphere = solid_body(sphere_mesh(), sphere_field(), 0.1);
+  physics::Recording film;
+  const physics::LiftTrial trial = physics::lift_trial(physics::find_protocol("geocage-force"), sphere, sdh(),
+                                                       posture_of(closed_grasp()), 0, &film);
+  EXPECT_EQ(trial.outcome, Outcome::held) << trial.phase;
+  EXPECT_TRUE(trial.released);
+  double highest = 0;
+  for (const auto& frame : film.frames) highest = std::max(highest, frame.X_WH.translation().z());
+  const double start = film.frames.front().X_WH.translation().z();
+  // 20 cm of lift and 5 cm of shaking at 2 Hz, which frames of 0.04 s may miss by 5 cm (2 pi 2 / s 0.02 s)^2 / 2.
+  EXPECT_NEAR(highest - start, 0.25, 0.05 * std::pow(4 * std::numbers::pi * 0.02, 2) / 2 + 1e-3);
+}
+
+// What no finger touches falls freely as seen in the world, however the palm moves: z = -g t (t + dt) / 2 in
+// symplectic Euler, to second differences of the palm's path, h^2 / 12 of its fourth derivative.
+TEST(Lift, a_free_object_falls_freely_in_the_world) {
+  const ObjectBody sphere = solid_body(sphere_mesh(), sphere_field(), 0.1);
+  physics::Recording film;
+  const auto away = physics::far_posture(sdh(), posture_of(open_grasp()));
+  const physics::LiftTrial trial =
+      physics::lift_trial(physics::find_protocol("geocage-force"), sphere, sdh(), away, 0, &film);
+  EXPECT_EQ(trial.outcome, Outcome::lost);
+  EXPECT_EQ(trial.phase, "lift");
+  double begun_s = 0;
+  int seen = 0;
+  for (const auto& frame : film.frames) {
+    if (frame.phase == "settle") begun_s = frame.time_s;
+    if (frame.phase != "lift") continue;
+    const double t = frame.time_s - begun_s;
+    // The palm's own path is known exactly, its acceleration is held over a step: (a dt) t / 2 = 1e-4 at 0.1 s.
+    EXPECT_NEAR(frame.X_WO.translation().z(), -9.81 * t * (t + 1e-3) / 2, 2e-4) << t;
+    ++seen;
+  }
+  EXPECT_GE(seen, 2);
+}
+
+// Draws are paired: a steady grasp keeps most of its margin, an open hand has none.
+TEST(Margins, tell_a_firm_grasp_from_an_open_hand) {
+  const ObjectBody sphere = solid_body(sphere_mesh(), sphere_field(), 0.1);
+  physics::Protocol quick = physics::find_protocol("geocage-force");
+  quick.settle_s = 0.3, quick.push_s = 0.5;
+  physics::MarginRule rule;
+  rule.draws = 2, rule.halvings = 1;
+  const auto firm = physics::force_margins(quick, sphere, sdh(), closed_grasp().X_OH, above_palm(0.06).q_open,
+                                           rule, 0);
+  EXPECT_EQ(firm.draws, 2);
+  ASSERT_TRUE(firm.friction.level && firm.push_m_s2.level && firm.noise.level);
+  EXPECT_LE(*firm.friction.level, 0.6 + 0.5);
+  EXPECT_GT(*firm.push_m_s2.level, 0);
 }
 
 template <class Change>

@@ -32,17 +32,15 @@ struct BoxScene {
     scores.candidates = {candidate};
     field = geometry::build_distance_field(scores.mesh, {.cells = 48, .pad_m = 0.03, .refine = 2});
     params.approaches = {"normal"};
-    params.gaps_m = {0.02};
+    params.straddle_m = {0.03};
     params.max_per_candidate = params.max_grasps = 10;
   }
 
   hands::GraspSet place() { return stages::place(params, run, scores, field, {}, {}, hand); }
 
   std::vector<hands::Contact> contacts(const hands::Grasp& grasp) const {
-    std::vector<Pose> X_HL;
-    std::vector<hands::PlacedCapsule> placed;
-    hands::forward_kinematics(hand.tree, hands::joint_vector(hand.tree, grasp.joints_rad, "test"), X_HL);
-    hands::place_capsules(hand, grasp.X_OH, X_HL, placed);
+    const auto placed =
+        hands::placed_capsules(hand, grasp.X_OH, hands::joint_vector(hand.tree, grasp.joints_rad, "test"));
     return hands::contacts_of(hand, field, placed, hands::ClosingRule{}.contact_m);
   }
 };

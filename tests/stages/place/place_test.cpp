@@ -50,11 +50,7 @@ struct Scene {
 
   std::vector<hands::PlacedCapsule> capsules(const hands::Grasp& grasp,
                                              const std::map<std::string, double>& joints) {
-    std::vector<Pose> X_HL;
-    std::vector<hands::PlacedCapsule> placed;
-    hands::forward_kinematics(hand.tree, hands::joint_vector(hand.tree, joints, "test"), X_HL);
-    hands::place_capsules(hand, grasp.X_OH, X_HL, placed);
-    return placed;
+    return hands::placed_capsules(hand, grasp.X_OH, hands::joint_vector(hand.tree, joints, "test"));
   }
 };
 
@@ -358,7 +354,7 @@ TEST(Place, AGripperStraddlesABoxWhereverTheLineIs) {
   params.measures = true;
   params.approaches = {"normal"};
   params.spreads_rad = {0};
-  params.gaps_m = {0.02};
+  params.straddle_m = {0.03};
   const auto set = scene.place(params);
   ASSERT_EQ(set.grasps.size(), 2u) << "two rolls of one line, mirror images of each other";
   for (const auto& grasp : set.grasps) {
@@ -369,8 +365,9 @@ TEST(Place, AGripperStraddlesABoxWhereverTheLineIs) {
     EXPECT_NEAR(grasp.joints_rad.at("left_slide"), (0.0854 - size.x()) / 2 - 0.0002, 3e-4);
     EXPECT_EQ(grasp.scores.at("fingers"), 2);
     EXPECT_NEAR(grasp.scores.at("opposition"), 1, 1e-3) << "flat faces across the jaws' line";
-    EXPECT_NE(grasp.force_closure, "force closure")
-        << "two hard point contacts can't stop a turn about their line";
+    // Pads end 149.5 mm over the hand's base (URDF), and 30 mm under the box's top.
+    EXPECT_NEAR((grasp.X_OH * Vec3(0, 0, 0.1495)).z(), size.z() / 2 - 0.03, 1e-6);
+    EXPECT_EQ(grasp.force_closure, "force closure") << "soft pads stop a turn about their line";
   }
   scene.scores.mesh = datasets::box(Vec3(0.1, 0.11, 0.12), 8);
   scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 64, .pad_m = 0.04, .refine = 3});

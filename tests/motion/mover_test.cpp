@@ -1,18 +1,15 @@
-#include "motion/floating_hand.h"
+#include "motion/mover.h"
 
 #include <random>
 
 #include <gtest/gtest.h>
 
-#include "datasets/shapes.h"
-
 namespace geocage::motion {
 namespace {
 
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-class FloatingHandTest : public testing::Test {
+class MoverTest : public testing::Test {
  protected:
   Pose goal() const {
     return Pose(Eigen::Translation3d(0.02, -0.01, -0.17) *
@@ -25,10 +22,10 @@ class FloatingHandTest : public testing::Test {
     return x;
   }
   const hands::Hand hand_ = hands::load_hand("schunk_sdh");
-  const FloatingHand floating_{hand_, goal()};
+  const Mover floating_ = Mover::floating(hand_, goal());
 };
 
-TEST_F(FloatingHandTest, StateAndPoseAreInverse) {
+TEST_F(MoverTest, StateAndPoseAreInverse) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 50; ++i) {
     const VectorXd x = random_state(random);
@@ -38,7 +35,7 @@ TEST_F(FloatingHandTest, StateAndPoseAreInverse) {
   EXPECT_LT(floating_.state(goal(), hand_.open_rad).head<6>().norm(), 1e-15);
 }
 
-TEST_F(FloatingHandTest, BallsLieInTheirCapsules) {
+TEST_F(MoverTest, BallsLieInTheirCapsules) {
   EXPECT_GE(floating_.balls().size(), hand_.capsules.size());
   for (const auto& ball : floating_.balls()) {
     double least = 1;
@@ -54,51 +51,26 @@ TEST_F(FloatingHandTest, BallsLieInTheirCapsules) {
 }
 
 // Central differences: error about step^2 x third derivative (1e-10) plus rounding eps / step (1e-11).
-TEST_F(FloatingHandTest, GradientRowsAreDerivatives) {
+TEST_F(MoverTest, GradientsAreDerivatives) {
   std::mt19937_64 random(2);
   const double step = 1e-5;
+  Mover::Placed placed, moved;
   for (int i = 0; i < 20; ++i) {
     const VectorXd x = random_state(random);
-    std::vector<Pose> X_HL, X_OL, unused;
-    floating_.place_links(x, X_HL, X_OL);
+    floating_.place(x, placed);
     const auto& ball = floating_.balls()[static_cast<std::size_t>(i) % floating_.balls().size()];
     const Vec3 g(0.3, -0.5, 0.8);
-    const auto row = floating_.gradient_row(x, X_HL, ball.link, X_OL[ball.link] * ball.p_L, g);
+    VectorXd row = VectorXd::Zero(x.size());
+    floating_.add_gradient(placed, ball.link, placed.X_OL[ball.link] * ball.p_L, g, row);
     for (int k = 0; k < x.size(); ++k) {
       const auto height = [&](double change) {
-        VectorXd moved = x;
-        moved[k] += change;
-        std::vector<Pose> links;
-        floating_.place_links(moved, unused, links);
-        return g.dot(links[ball.link] * ball.p_L);
+        VectorXd at = x;
+        at[k] += change;
+        floating_.place(at, moved);
+        return g.dot(moved.X_OL[ball.link] * ball.p_L);
       };
       EXPECT_NEAR(row[k], (height(step) - height(-step)) / (2 * step), 1e-8) << k;
     }
-  }
-}
-
-TEST_F(FloatingHandTest, ClearanceIsAHingeWithItsDerivative) {
-  const auto field = geometry::build_distance_field(datasets::icosphere(0.04, 4), {40, 0.05, 1});
-  const geometry::Plane table{Vec3::UnitZ(), -0.25};
-  const double margin = 0.05, step = 1e-7;
-  const Task task =
-      clearance_task(floating_, field, table, constant_precision(1, margin), constant_precision(1, 1));
-  VectorXd x = floating_.state(goal(), hand_.open_rad), error, up, down;
-  MatrixXd J;
-  task.evaluate(0, x, error, &J);
-  ASSERT_GT(error.size(), 0);
-  EXPECT_GT(error.minCoeff(), 0);
-  EXPECT_EQ(J.rows(), error.size());
-  for (int k = 0; k < x.size(); ++k) {
-    VectorXd plus = x, minus = x;
-    plus[k] += step;
-    minus[k] -= step;
-    task.evaluate(0, plus, up, nullptr);
-    task.evaluate(0, minus, down, nullptr);
-    ASSERT_EQ(up.size(), error.size());
-    // The trilinear field has kinks at cell faces: one-sided slopes bound the derivative.
-    const VectorXd slope = (up - down) / (2 * step), kink = ((up - error) - (error - down)).cwiseAbs() / step;
-    for (int i = 0; i < error.size(); ++i) EXPECT_NEAR(J(i, k), slope[i], 1e-5 + kink[i]);
   }
 }
 

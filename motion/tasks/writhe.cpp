@@ -1,8 +1,7 @@
-#include "motion/topology_tasks.h"
+#include "motion/tasks/writhe.h"
 
 #include <cmath>
 
-#include "topology/winding_number.h"
 #include "topology/writhe.h"
 
 namespace geocage::motion {
@@ -10,34 +9,6 @@ namespace geocage::motion {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using topology::Polyline;
-using topology::Vec3;
-
-TargetOf constant_target(const VectorXd& target) {
-  return [target](int) { return target; };
-}
-
-TargetOf interpolated_target(const VectorXd& first, const VectorXd& last, int horizon) {
-  return [=](int t) { return VectorXd(first + double(t) / horizon * (last - first)); };
-}
-
-Task winding_task(const MovingChain& chain, const Vec3& center, const Vec3& normal, const TargetOf& target,
-                  std::vector<double> precision) {
-  return {"winding number",
-          [=](int t, const VectorXd& x, VectorXd& error, MatrixXd* J) {
-            Polyline points;
-            MatrixXd by_state;
-            chain(x, points, J ? &by_state : nullptr);
-            std::vector<Vec3> gradient;
-            error = -target(t);
-            error[0] +=
-                topology::winding_number(points, center, normal, topology::Turning::is_signed, gradient);
-            if (!J) return;
-            *J = MatrixXd::Zero(1, x.size());
-            for (std::size_t i = 0; i < points.size(); ++i)
-              *J += gradient[i].transpose() * by_state.middleRows(3 * static_cast<Eigen::Index>(i), 3);
-          },
-          std::move(precision)};
-}
 
 Task writhe_task(const MovingChain& chain, const Polyline& fixed, WritheForm form, const TargetOf& target,
                  std::vector<double> precision) {

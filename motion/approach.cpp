@@ -1,0 +1,275 @@
+#include "motion/approach.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "motion/tasks/limits.h"
+#include "motion/tasks/self_clearance.h"
+#include "motion/tasks/state.h"
+
+namespace geocage::motion {
+
+using Eigen::VectorXd;
+
+std::string_view name_of(ApproachOutcome outcome) {
+  switch (outcome) {
+    case ApproachOutcome::planned:
+      return "planned";
+    case ApproachOutcome::closing_collides:
+      return "closing collides";
+    case ApproachOutcome::goal_blocked:
+      return "the open hand at the grasp collides";
+    case ApproachOutcome::start_blocked:
+      return "the start collides";
+    case ApproachOutcome::no_way:
+      return "every way to the grasp collides";
+  }
+  return "";
+}
+
+double length_of(const Path& path) {
+  double length = 0;
+  for (std::size_t t = 1; t < path.size(); ++t) length += (path[t] - path[t - 1]).norm();
+  return length;
+}
+
+Path respaced(const Path& path, int steps) {
+  const double length = length_of(path);
+  Path even = {path.front()};
+  double before = 0;  // of the corner `at`
+  std::size_t at = 0;
+  for (int t = 1; t < steps; ++t) {
+    const double wanted = length * t / steps;
+    double piece = (path[at + 1] - path[at]).norm();
+    while (before + piece < wanted && at + 2 < path.size()) {
+      before += piece;
+      ++at;
+      piece = (path[at + 1] - path[at]).norm();
+    }
+    const double share = piece > 0 ? std::clamp((wanted - before) / piece, 0.0, 1.0) : 0;
+    even.push_back(path[at] + share * (path[at + 1] - path[at]));
+  }
+  even.push_back(path.back());
+  return even;
+}
+
+ApproachPlanner::ApproachPlanner(const Mover& mover, const Obstacles& obstacles,
+                                 std::vector<std::pair<int, int>> self_pairs, const ApproachRule& rule)
+    : mover_(mover),
+      obstacles_(obstacles),
+      pairs_(std::move(self_pairs)),
+      rule_(rule),
+      prover_(mover, obstacles, pairs_),
+      free_tolerance_(mover.hand().tree.links.size(), rule.tolerance_m),
+      closing_tolerance_(free_tolerance_) {
+  for (const auto& finger : mover.hand().fingers)
+    for (int link : finger.links)
+      closing_tolerance_[static_cast<std::size_t>(link)] = rule.closing_tolerance_m;
+}
+
+Path ApproachPlanner::proven_closing(const ApproachGoal& goal) {
+  const Path& exact = goal.closing;
+  if (exact.size() < 2) return exact;
+  // Every posture that is a step's length of way after the one before, and the ends.
+  Path thin = {exact.front()};
+  double since = 0;
+  const double step = length_of(exact) / rule_.closing_steps;
+  for (std::size_t i = 1; i < exact.size(); ++i) {
+    since += (exact[i] - exact[i - 1]).norm();
+    if (i + 1 < exact.size() && since < step) continue;
+    thin.push_back(exact[i]);
+    since = 0;
+  }
+  if (prove_closing(thin).outcome == Proof::free) return thin;
+  return prove_closing(exact).outcome == Proof::free ? exact : Path();
+}
+
+Path ApproachPlanner::way_of(const ApproachGoal& goal) const {
+  const VectorXd& open = goal.closing.front();
+  Path way = {goal.start};
+  if (mover_.floats()) {
+    // By way of the point of retreat, turned and opened like the grasp.
+    VectorXd retreat = open;
+    retreat.head<3>() -= rule_.retreat_m / Mover::unit_m * goal.approach_O;
+    if ((goal.start - open).head<3>().norm() * Mover::unit_m > rule_.retreat_m) way.push_back(retreat);
+  }
+  way.push_back(open);
+  return way;
+}
+
+std::optional<Path> ApproachPlanner::scripted(const ApproachGoal& goal) {
+  const Path way = way_of(goal), steps = respaced(way, rule_.steps);
+  if (prove_free(steps).outcome == Proof::free) return steps;
+  if (prove_free(way).outcome == Proof::free) return way;
+  return std::nullopt;
+}
+
+Path ApproachPlanner::straight_closing(const ApproachGoal& goal) {
+  const VectorXd &closed = goal.closing.back(), &open = goal.closing.front();
+  const hands::Hand& hand = mover_.hand();
+  const VectorXd lower = mover_.lower().cwiseMin(closed), upper = mover_.upper().cwiseMax(closed);
+  const VectorXd opening = (hand.closing_rad.array() * hand.closing_speed.array()).matrix();
+  for (double step = 0.02; step < 0.5; step *= 1.3) {
+    VectorXd x = closed;
+    x.tail(opening.size()) -= step * opening;
+    // Not beyond where the fingers came from.
+    x = x.cwiseMax(lower).cwiseMin(upper).cwiseMax(open.cwiseMin(closed)).cwiseMin(open.cwiseMax(closed));
+    if (!prover_.posture_free(x, rule_.wrap_clearance_m)) continue;
+    const Path path = {x, closed};
+    return prove_closing(path).outcome == Proof::free ? path : Path();
+  }
+  return {};
+}
+
+void ApproachPlanner::box(const ApproachGoal& goal, VectorXd& lower, VectorXd& upper) const {
+  lower = mover_.lower();
+  upper = mover_.upper();
+  const VectorXd& open = goal.closing.front();
+  const int base = mover_.base_dofs();
+  if (base > 0) {
+    const double most = 1.5 * (goal.start - open).head<3>().norm() + 1;
+    lower.head<3>().setConstant(-most);
+    upper.head<3>().setConstant(most);
+    lower.segment<3>(3).setConstant(-M_PI);
+    upper.segment<3>(3).setConstant(M_PI);
+  }
+  for (const VectorXd* x : {&goal.start, &open, &goal.closing.back()}) {
+    lower = lower.cwiseMin(*x);
+    upper = upper.cwiseMax(*x);
+  }
+}
+
+std::optional<Path> ApproachPlanner::connected(const ApproachGoal& goal, double room_m) {
+  VectorXd lower, upper;
+  box(goal, lower, upper);
+  const auto free = [&](const VectorXd& x) { return prover_.posture_free(x, room_m); };
+  const auto found = rrt_connect(goal.start, goal.closing.front(), lower, upper, free,
+                                 {.iterations = rule_.rrt_iterations, .seed = rule_.seed});
+  if (found.path.size() < 2 || prove_free(found.path).outcome != Proof::free) return std::nullopt;
+  return found.path;
+}
+
+Path ApproachPlanner::improved(const Path& seed, double collision_precision, ApproachPlan& report) {
+  const int T = rule_.steps, n = mover_.dim();
+  Path path = respaced(seed, T);
+  Problem problem{kinematic(Eigen::MatrixXd::Identity(n, n)), T, path.front(), extra_tasks};
+  problem.tasks.push_back(state_task(path.back(), final_precision(T, rule_.goal_precision)));
+  problem.tasks.push_back(
+      limits_task(mover_.lower(), mover_.upper(), constant_precision(T, rule_.limits_precision)));
+  std::vector<double> margin;  // fades over the last quarter: the grasp itself is near the surface
+  for (int t = 0; t <= T; ++t) margin.push_back(rule_.margin_m * std::min(1.0, 4 * (1 - double(t) / T)));
+  problem.tasks.push_back(
+      clearance_task(mover_, obstacles_, margin, constant_precision(T, collision_precision)));
+  if (!pairs_.empty() && rule_.self_margin_m > 0)
+    problem.tasks.push_back(
+        self_clearance_task(mover_, pairs_, rule_.self_margin_m, constant_precision(T, collision_precision)));
+  Path answer;
+  if (rule_.by_messages) {
+    AicoParams params{.max_sweeps = rule_.max_sweeps,
+                      .damping = rule_.damping,
+                      .proximal = true,
+                      .step_tolerance = 1e-3,
+                      .cost_tolerance = 1e-3};
+    params.mode = SweepMode::whole;
+    Aico search(problem, params);
+    const AicoResult& found = search.search(path);
+    report.sweeps += found.sweeps;
+    report.cost = found.costs.back();
+    answer = found.mean;
+  } else {
+    GaussNewton search(problem, {.max_steps = rule_.max_sweeps,
+                                 .damping = rule_.damping,
+                                 .cost_tolerance = 1e-3,
+                                 .step_tolerance = 1e-3});
+    const GaussNewtonResult& found = search.search(path);
+    report.sweeps += found.steps;
+    report.cost = found.costs.back();
+    answer = found.path;
+  }
+  answer.back() = path.back();
+  return answer;
+}
+
+bool ApproachPlanner::within_limits(const Path& path) const {
+  constexpr double slack_rad = 1e-6;
+  const VectorXd lower = mover_.lower(), upper = mover_.upper();
+  return std::all_of(path.begin(), path.end(), [&](const VectorXd& x) {
+    return ((x - upper).array() <= slack_rad).all() && ((lower - x).array() <= slack_rad).all();
+  });
+}
+
+bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* closing, ApproachPlan& plan) {
+  Path all = way;
+  if ((rest.front() - all.back()).norm() > 0) all.push_back(rest.front());
+  for (double factor : {1.0, 10.0}) {
+    Path smooth = improved(all, factor * rule_.collision_precision, plan);
+    if (!within_limits(smooth)) continue;
+    const Certificate proof = prove_free(smooth);
+    if (proof.outcome != Proof::free) continue;
+    const std::size_t free = smooth.size();
+    smooth.insert(smooth.end(), rest.begin() + 1, rest.end());
+    const double length = length_of(smooth);
+    if (plan.outcome == ApproachOutcome::planned && length >= plan.length) return true;
+    plan.outcome = ApproachOutcome::planned;
+    plan.planner = rule_.by_messages ? "aico" : "gauss_newton";
+    plan.closing = closing;
+    plan.path = std::move(smooth);
+    plan.free = free;
+    plan.proof = proof;
+    plan.length = length;
+    return true;
+  }
+  return false;
+}
+
+ApproachPlan ApproachPlanner::plan(const ApproachGoal& goal, bool sampling) {
+  ApproachPlan plan;
+  const Path straight = straight_closing(goal);
+  if (!straight.empty()) {
+    plan.seed = "script";
+    plan.seed_length = length_of(way_of(goal)) + length_of(goal.closing);
+    if (improve(way_of(goal), straight, "straight", plan)) return plan;
+  }
+  plan = {};
+  const Path closing = proven_closing(goal);
+  if (closing.empty() && straight.empty()) {
+    plan.outcome = ApproachOutcome::closing_collides;
+    plan.deepest_m = prove_closing(goal.closing).clearance_m;
+    return plan;
+  }
+  const auto take = [&](const Path& way, const char* seed) {
+    plan.seed = seed;
+    if (!closing.empty()) {
+      plan.outcome = ApproachOutcome::planned;
+      plan.planner = seed;
+      plan.closing = "replayed";
+      plan.path = way;
+      plan.free = way.size();
+      plan.proof = prove_free(way);
+      plan.path.insert(plan.path.end(), closing.begin() + 1, closing.end());
+      plan.length = plan.seed_length = length_of(plan.path);
+    }
+    if (!straight.empty() && improve(way, straight, "straight", plan)) return true;
+    if (!closing.empty()) improve(way, closing, "replayed", plan);
+    return plan.outcome == ApproachOutcome::planned;
+  };
+  if (const auto way = scripted(goal); way && take(*way, "script")) return plan;
+  if (!sampling) return plan;
+  // With room between samples first: what sampled edges promise is then proven more often.
+  for (double room_m : {0.004, 0.001, -rule_.tolerance_m})
+    if (const auto way = connected(goal, room_m); way && take(*way, "rrt_connect")) return plan;
+  plan = {};
+  plan.deepest_m = prove_free({goal.closing.front()}).clearance_m;
+  if (plan.deepest_m < -rule_.tolerance_m) {
+    plan.outcome = ApproachOutcome::goal_blocked;
+    return plan;
+  }
+  const double at_start = prove_free({goal.start}).clearance_m;
+  if (at_start < -rule_.tolerance_m) {
+    plan.outcome = ApproachOutcome::start_blocked;
+    plan.deepest_m = at_start;
+  }
+  return plan;
+}
+
+}  // namespace geocage::motion
