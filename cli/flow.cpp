@@ -441,7 +441,7 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
     for (const auto& variant : variants)
       planner.add(object, variant, [&](const std::string& name) {
         Chosen chosen;
-        apply_known(object.settings, "the catalogue", chosen, mistakes);
+        apply_known(object.settings, "", chosen, mistakes);
         apply_known(script.stage_settings, "", chosen, mistakes);
         for (const auto& [known, setting] : script.object_settings)
           if (known == object.name || known == name)

@@ -76,7 +76,7 @@ reports::NetOnObject net_on(const hands::Hand& hand, const Prop& prop, bool tigh
   const hands::TighteningRule rule{.steps = tight ? hands::TighteningRule{}.steps : 0};
   return {prop.mesh_O,
           hands::tighten_net(hand, even, prop.field, side, hand.ball_radius_m, -Vec3::UnitX(), rule),
-          {Vec3(0.7, -1, 0.5).normalized(), Vec3::UnitZ()}};
+          {Vec3(1, -0.7, 0.5).normalized(), Vec3::UnitZ()}};
 }
 
 }  // namespace

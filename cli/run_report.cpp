@@ -121,7 +121,8 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary, const
     if (slots.contains(failure.slot))
       input.failures.push_back({failure.slot, failure.code, failure.sentence, failure.command});
   const Table grasps = grasp_table(flow, summary);
-  for (const Table& table : {grasps, rate_table(flow, grasps), paired_table(flow, grasps)})
+  for (const Table& table : {grasps, rate_table(flow, grasps), paired_table(flow, grasps),
+                             loss_table(flow, grasps), agreement_table(flow, grasps)})
     input.tables.push_back({table.name, table.columns, table.rows});
   input.viewer = viewer_folder();
   input.scenes = scenes_of(summary, slots);

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
+#include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
@@ -166,35 +169,46 @@ class Shelf {
   fs::path out_;
 };
 
+void write_bytes(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw std::system_error(errno ? errno : EIO, std::generic_category(), file.string());
+}
+
 }  // namespace
 
 int view(const Shared& shared, const ViewOptions& options) {
-  if (!reports::viewer_is_built(viewer_folder()))
-    throw UserError(Fault::configuration, "view", "the pages' scripts were not built",
-                    "install node and npm and build again; glTF viewers open the files of the report");
   const fs::path out = shared.out == "report" ? fs::path("view") : shared.out;
   Shelf shelf(options, out);
   for (const auto& file : options.files) shelf.add(file);
-  reports::ReportInput input;
-  input.title = options.files.front().filename().string();
-  input.viewer = viewer_folder();
-  input.hands = shelf.hands;
-  input.run = {{"geocage", GEOCAGE_VERSION}};
   fs::create_directories(out / "pictures");
-  reports::write_viewer(input, shelf.pairs, std::vector<std::vector<reports::Figure>>(shelf.pairs.size()), out);
-  const fs::path page = reports::write_single_file(out);
   std::vector<std::string> models;
   for (std::size_t i = 0; i < shelf.pairs.size(); ++i) {
     const fs::path file = out / fmt::format("{}-{}.glb", i + 1, shelf.pairs[i].input.object);
-    const auto bytes = reports::pair_glb(shelf.pairs[i], shelf.hands);
-    std::ofstream(file, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    write_bytes(file, reports::pair_glb(shelf.pairs[i], shelf.hands));
     models.push_back(file.string());
   }
+  fs::path page;  // empty: there are no scripts to make one
+  if (reports::viewer_is_built(viewer_folder())) {
+    reports::ReportInput input;
+    input.title = options.files.front().filename().string();
+    input.viewer = viewer_folder();
+    input.hands = shelf.hands;
+    input.run = {{"geocage", GEOCAGE_VERSION}};
+    reports::write_viewer(input, shelf.pairs, std::vector<std::vector<reports::Figure>>(shelf.pairs.size()), out);
+    page = reports::write_single_file(out);
+  } else {
+    fmt::print(stderr, "geocage: there is no page, its scripts were not built (node, npm or the network was "
+                       "missing); a glTF viewer opens the models\n");
+  }
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-view 1"}, {"page", page.string()}, {"models", models}}.dump(2));
+    fmt::print("{}\n", json{{"schema", "geocage-view 1"},
+                            {"page", page.empty() ? json() : json(page.string())},
+                            {"models", models}}
+                           .dump(2));
   else
-    fmt::print("{}\n", page.string());
+    fmt::print("{}\n", page.empty() ? fmt::format("{}", fmt::join(models, "\n")) : page.string());
   return 0;
 }
 

@@ -27,14 +27,14 @@ std::string floor_note(const Studio& studio) {
 /// One picture, seen from where its parts hide each other least.
 class Draughtsman {
  public:
-  Draughtsman(const PairResults& pair, const fs::path& folder, std::string prefix)
-      : up_(pair.up_O()), folder_(folder), prefix_(std::move(prefix)) {}
+  Draughtsman(const PairResults& pair, const fs::path& folder, std::string prefix, bool frugal)
+      : up_(pair.up_O()), folder_(folder), prefix_(std::move(prefix)), frugal_(frugal) {}
 
   Figure draw(const std::string& name, std::vector<Part> parts, std::string title, std::string caption,
               const std::string& legend = "") const {
     const Studio studio(std::move(parts));
     const std::string file = prefix_ + "-" + name + ".png";
-    write_png(folder_ / file, studio.picture(clearest_view(studio, up_)));
+    (frugal_ ? write_indexed_png : write_png)(folder_ / file, studio.picture(clearest_view(studio, up_)));
     return {file, std::move(title), std::move(caption) + floor_note(studio) + legend};
   }
 
@@ -42,6 +42,7 @@ class Draughtsman {
   geometry::Vec3 up_;
   const fs::path& folder_;
   std::string prefix_;
+  bool frugal_;
 };
 
 Figure cloud_figure(const geometry::PointCloud& cloud, double object_m, const Draughtsman& draughtsman) {
@@ -101,9 +102,9 @@ Figure grasp_figure(const PairResults& pair, const hands::Hand& hand, int index,
 }  // namespace
 
 std::vector<Figure> draw_pair(const PairResults& pair, const std::vector<hands::Hand>& hands,
-                              const fs::path& folder, const std::string& prefix) {
+                              const fs::path& folder, const std::string& prefix, bool frugal) {
   std::vector<Figure> figures;
-  const Draughtsman draughtsman(pair, folder, prefix);
+  const Draughtsman draughtsman(pair, folder, prefix, frugal);
   if (!pair.scores) return figures;
   const auto& ball = pair.scores->ball;
   if (pair.cloud && pair.cloud->size() > 0)

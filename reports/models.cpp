@@ -128,13 +128,14 @@ std::vector<double> list_of(const Eigen::VectorXd& q) {
   return {q.data(), q.data() + q.size()};
 }
 
-int add_object(Gltf& file, const topology::Scores& scores) {
+/// `coloured`: with a colour a vertex for viewers that don't know the fields.
+int add_object(Gltf& file, const topology::Scores& scores, bool coloured) {
   const double hop_m = scores.mesh.triangles.empty() ? 0 : geometry::mean_edge_m(scores.mesh);
   const int root = file.add_node("object", -1, Pose::Identity(),
                                  {{"kind", "object"}, {"radius_m", scores.ball.radius_m}, {"hop_m", hop_m}});
   const auto& winding = scores.ball.winding_angle_rad;
   std::vector<Colour> colours;
-  if (winding.size() == scores.mesh.vertices.size()) {
+  if (coloured && winding.size() == scores.mesh.vertices.size()) {
     const Scale scale = sequential_scale(winding);
     for (const double value : winding) colours.push_back(scale.at(value));
   }
@@ -226,7 +227,7 @@ void add_way(Gltf& file, const hands::Hand& hand, const std::vector<int>& nodes,
 std::vector<std::uint8_t> object_glb(const topology::Scores& scores, const geometry::PointCloud* cloud,
                                      const fs::path& occupancy) {
   Gltf file;
-  const int root = add_object(file, scores);
+  const int root = add_object(file, scores, false);
   if (cloud && cloud->size() > 0) {
     const int node =
         file.add_node("cloud", root, Pose::Identity(), {{"kind", "cloud"}, {"points", cloud->size()}});
@@ -244,7 +245,7 @@ std::vector<std::uint8_t> hand_glb(const hands::Hand& hand) {
 
 std::vector<std::uint8_t> pair_glb(const PairResults& pair, const std::vector<hands::Hand>& hands) {
   Gltf file;
-  if (pair.scores) add_object(file, *pair.scores);
+  if (pair.scores) add_object(file, *pair.scores, true);
   const auto hand = std::ranges::find(hands, pair.input.hand, &hands::Hand::name);
   if (hand == hands.end() || !pair.grasps || pair.grasps->grasps.empty()) return file.glb();
   const hands::Grasp& grasp = pair.grasps->grasps.front();

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using Row = std::vector<std::string>;
+constexpr std::size_t many_pairs = 12;  ///< from here on bytes count more than shades
 
 std::string section(std::string_view title, std::string_view content) {
   return element("section", element("h2", title) + std::string(content));
@@ -235,7 +236,7 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
     pairs.push_back(load_pair(input.pairs[i]));
     const std::string prefix =
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
-    figures.push_back(input.pairs[i].drawn ? draw_pair(pairs[i], input.hands, pictures, prefix)
+    figures.push_back(input.pairs[i].drawn ? draw_pair(pairs[i], input.hands, pictures, prefix, input.pairs.size() > many_pairs)
                                            : std::vector<Figure>{});
   }
   std::string scenes;

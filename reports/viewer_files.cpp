@@ -164,6 +164,41 @@ json way_of(const fs::path& folder, std::size_t grasp) {
   return told;
 }
 
+json short_pose(const json& pose) {
+  json list = json::array();
+  for (const char* key : {"p_m", "q_wxyz"})
+    for (const json& x : pose.at(key)) list.push_back(std::round(x.get<double>() * 1e5) / 1e5);
+  return list;
+}
+
+/// Recorded trials by their grasp, with shorter numbers; what never changes is there once.
+void add_recordings(const fs::path& folder, std::map<int, json>& of_grasp) {
+  const json file = document(folder, "recordings.json");
+  if (file.is_null()) return;
+  for (const json& recording : file.at("recordings")) {
+    json hand = json::array(), object = json::array(), q = json::array(), times = json::array();
+    for (const json& t : recording.at("t_s")) times.push_back(rounded(t, 1e-3));
+    for (const json& pose : recording.at("X_WH")) hand.push_back(short_pose(pose));
+    for (const json& pose : recording.at("X_WO")) object.push_back(short_pose(pose));
+    for (const json& row : recording.at("q_rad")) {
+      json& values = q.emplace_back(json::array());
+      for (const json& x : row) values.push_back(std::round(x.get<double>() * 1e4) / 1e4);
+    }
+    for (json* list : {&hand, &q})
+      if (std::ranges::all_of(*list, [&](const json& x) { return x == list->front(); }) && !list->empty())
+        *list = json::array({list->front()});
+    of_grasp[recording.at("grasp")].push_back({{"trial", recording.at("trial")},
+                                               {"outcome", recording.at("outcome")},
+                                               {"protocol", recording.at("protocol")},
+                                               {"joints", recording.at("joints")},
+                                               {"times_s", times},
+                                               {"X_WH", hand},
+                                               {"X_WO", object},
+                                               {"q", q},
+                                               {"phase", recording.at("phase")}});
+  }
+}
+
 /// Where the closed hand touches: the same question with the same answer as in `place`.
 json contacts_of(const hands::Hand& hand, const geometry::SignedDistanceField& field, const hands::Grasp& grasp,
                  const Eigen::VectorXd& q) {
@@ -287,6 +322,9 @@ class Writer {
     if (!pair.grasps) return all;
     for (const auto& [rule, count] : pair.grasps->rejected) all["rejected"][rule] = count;
     const auto tests = entries_of(evaluations), cage_tests = entries_of(cages);
+    std::map<int, json> recordings;
+    add_recordings(pair.input.evaluations, recordings);
+    add_recordings(pair.input.cages, recordings);
     std::optional<geometry::SignedDistanceField> field;
     if (!pair.input.field.empty()) load_artefact(field.emplace(), pair.input.field);
     json small = json::array();
@@ -295,6 +333,7 @@ class Writer {
       json& grasp = all["grasps"].emplace_back(grasp_of(pair, i, field ? &*field : nullptr));
       if (const auto test = tests.find(key); test != tests.end()) grasp["evaluation"] = test->second;
       if (const auto test = cage_tests.find(key); test != cage_tests.end()) grasp["cage"] = test->second;
+      if (const auto seen = recordings.find(key); seen != recordings.end()) grasp["recordings"] = seen->second;
       small.push_back(small_picture(pair, i, index));
     }
     told["pictures"] = small;
@@ -322,7 +361,7 @@ class Writer {
     return told;
   }
 
-  /// A picture of 160 x 120, named after what it shows: one that is there needs not be drawn again.
+  /// A picture of 144 x 108, named after what it shows: one that is there needs not be drawn again.
   std::string small_picture(const PairResults& pair, std::size_t i, std::size_t index) {
     const hands::Hand* hand = hand_of(pair);
     const hands::Grasp& grasp = pair.grasps->grasps[i];
@@ -341,7 +380,7 @@ class Writer {
       const std::vector<double> plain(mesh.vertices.size());
       const Studio studio({coloured_surface(mesh, scored ? values : plain, sequential_scale(values)),
                            hand_part(*hand, grasp.X_OH, q)});
-      write_png(file, studio.picture(clearest_view(studio, pair.up_O()), {.width = 160, .height = 120}));
+      write_indexed_png(file, studio.picture(clearest_view(studio, pair.up_O()), {.width = 144, .height = 108}));
     }
     return "pictures/" + name;
   }

@@ -1,11 +1,12 @@
 // Which centres and which poses make a closed hand cage? For every mesh of a folder:
 //   placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] [--only a,b,c]
-//   [--skip a,b,c]
-// Groups of centres (winding, curvature, random, window, ties; each with and without the centre-of-mass rule)
-// get the same budget: N centres, and for each 2 approaches x 4 rolls x 2 gaps x 2 spreads, or N poses of a
-// local search. One CSV line a centre; the summary on stdout has Wilson intervals over centres and paired
-// differences over objects (bootstrap of centres inside objects). Outcomes are distance queries: blk, the
-// share of 42 straight ways out that are blocked.
+//   [--skip a,b,c] [--hold-out a,b,c]
+// Groups of centres (winding, curvature, random, ties, windows of S1, girths of rings, some with and without
+// the centre-of-mass rule) get the same budget: N centres, and for each 2 approaches x 4 rolls x 2 gaps x 2
+// spreads, or N poses of a local search. One CSV line a centre; the summary on stdout has Wilson intervals
+// over centres and paired differences over objects (bootstrap of centres inside objects). Outcomes are
+// distance queries: blk, the share of 42 straight ways out that are blocked. With objects held out, the
+// window or girth that beats random by most on the others is named, and told only for them.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -29,7 +30,7 @@ struct Options {
   std::string folder, csv, hand = "schunk_sdh";
   double radius_m = 0.06;
   int centres = 24, local = 0;
-  std::vector<std::string> only, skip;
+  std::vector<std::string> only, skip, hold_out;
 };
 
 /// What the poses of one centre came to.
@@ -53,7 +54,7 @@ Options read_options(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(stderr,
                  "placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] "
-                 "[--only a,b] [--skip a,b]\n");
+                 "[--only a,b] [--skip a,b] [--hold-out a,b]\n");
     std::exit(2);
   }
   options.folder = argv[1];
@@ -72,6 +73,8 @@ Options read_options(int argc, char** argv) {
       options.only = split(value);
     else if (key == "--skip")
       options.skip = split(value);
+    else if (key == "--hold-out")
+      options.hold_out = split(value);
     else
       std::fprintf(stderr, "unknown option %s\n", key.c_str()), std::exit(2);
   }
@@ -80,9 +83,26 @@ Options read_options(int argc, char** argv) {
 
 std::vector<Group> groups() {
   std::vector<Group> all;
-  for (const char* heuristic : {"random", "winding", "curvature", "window", "ties"})
+  for (const char* heuristic : {"random", "winding", "curvature", "ties"})
     for (bool com_rule : {false, true}) all.push_back({heuristic, com_rule});
+  all.push_back({"window", true, 3.9, 4.4});
+  all.push_back({"window", true, 4.1, 4.6});
+  all.push_back({"window", true, 4.3, 4.8});
+  all.push_back({"girth", true, 0.06, 0.1});
+  all.push_back({"girth", true, 0.08, 0.14});
   return all;
+}
+
+/// What is tuned, and held out.
+bool is_tuned(const Group& group) {
+  return group.heuristic == "window" || group.heuristic == "girth" ||
+         (group.heuristic == "ties" && group.com_rule);
+}
+
+/// Which random group a group is compared with.
+std::string control_of(const Group& group) {
+  if (group.heuristic == "random") return "random";
+  return Group{"random", group.com_rule}.name();
 }
 
 stages::PlaceParams budget(const Options& options) {
@@ -118,8 +138,9 @@ std::vector<Centre> study(const Options& options, const std::string& name,
   topology::Scores scores;
   scores.mesh = stages::remesh({.edge_length_m = 0.004}, run, original);
   stages::BallsParams balls;
-  balls.radii_m = {options.radius_m};
-  scores.ball = stages::balls(balls, run, scores.mesh).radii.front();
+  balls.radii_m = {options.radius_m, 0.75 * options.radius_m, 1.33 * options.radius_m};
+  const auto all_balls = stages::balls(balls, run, scores.mesh).radii;
+  scores.ball = all_balls.front();
   const double share = topology::median_share(scores.ball, geometry::check_mesh(scores.mesh).area_m2);
   std::printf("| %s | %zu | %.2f | %.2f |\n", name.c_str(), scores.mesh.vertices.size(),
               saturated_share(scores.ball), share);
@@ -127,7 +148,7 @@ std::vector<Centre> study(const Options& options, const std::string& name,
   const auto params = budget(options);
   std::vector<Centre> centres;
   for (const Group& group : groups()) {
-    scores.candidates = centres_of(group, scores.mesh, scores.ball, options.centres, 11);
+    scores.candidates = centres_of(group, scores.mesh, all_balls, options.centres, 11);
     pipeline::Run group_run;
     const auto set = stages::place(params, group_run, scores, field, {}, {}, hand);
     const std::size_t first = centres.size();
@@ -161,8 +182,12 @@ double mean(const std::vector<double>& values) {
   return sum;
 }
 
-/// Mean over objects of the difference of the groups' means, with a 95 % bootstrap of centres inside objects.
-void print_difference(const std::vector<Centre>& centres, const std::string& group,
+/// Mean over objects of the difference of two groups' means, with a 95 % bootstrap of centres inside objects.
+struct Difference {
+  double mean = 0, low = 0, high = 0;
+  int objects = 0;
+};
+Difference difference(const std::vector<Centre>& centres, const std::string& group,
                       const std::string& control, Outcome outcome) {
   const auto a = by_object(centres, group, outcome), b = by_object(centres, control, outcome);
   std::mt19937_64 random(5);
@@ -173,20 +198,25 @@ void print_difference(const std::vector<Centre>& centres, const std::string& gro
                                              static_cast<double>(values.size()))];
     return sum / static_cast<double>(values.size());
   };
-  double exact = 0;
-  int objects = 0;
+  Difference found;
   std::vector<double> draws(2000, 0.0);
   for (const auto& [object, values] : a) {
     const auto other = b.find(object);
     if (other == b.end()) continue;
-    ++objects;
-    exact += mean(values) - mean(other->second);
+    ++found.objects;
+    found.mean += mean(values) - mean(other->second);
     for (double& draw : draws) draw += redrawn(values) - redrawn(other->second);
   }
+  if (found.objects == 0) return found;
   std::sort(draws.begin(), draws.end());
-  if (objects > 0)
-    std::printf(" %+.3f [%+.3f, %+.3f] (%d) |", exact / objects, draws[50] / objects, draws[1949] / objects,
-                objects);
+  found.mean /= found.objects;
+  found.low = draws[50] / found.objects;
+  found.high = draws[1949] / found.objects;
+  return found;
+}
+void print(const Difference& d) {
+  if (d.objects > 0)
+    std::printf(" %+.3f [%+.3f, %+.3f] (%d) |", d.mean, d.low, d.high, d.objects);
   else
     std::printf(" - |");
 }
@@ -203,6 +233,54 @@ double any_of_all(int good, const Centre& c) {
 
 double is_sure(const Centre& c) {
   return c.sure > 0;
+}
+double share_full(const Centre& c) {
+  return any_of_all(c.full, c);
+}
+
+bool has(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+std::vector<Centre> of_objects(const std::vector<Centre>& centres, const std::vector<std::string>& names,
+                               bool in) {
+  std::vector<Centre> some;
+  for (const Centre& c : centres)
+    if (has(names, c.object) == in) some.push_back(c);
+  return some;
+}
+
+/// Two outcomes of a group less those of its control, as two cells.
+void print_both(const std::vector<Centre>& centres, const Group& group) {
+  for (Outcome outcome : {&share_full, &is_full})
+    print(difference(centres, group.name(), control_of(group), outcome));
+}
+
+/// The tuned groups on the objects they are tuned on, and the best of them on the others.
+void print_held_out(const std::vector<Centre>& centres, const std::vector<std::string>& names) {
+  const auto tuning = of_objects(centres, names, false);
+  std::printf(
+      "\nTuned by the share of a centre's poses that block all, less that of random+com:\n\n| group | poses "
+      "that "
+      "block all | centres with one |\n|---|---|---|\n");
+  double most = -2;
+  Group best;
+  for (const Group& group : groups()) {
+    if (!is_tuned(group)) continue;
+    std::printf("| %s |", group.name().c_str());
+    print_both(tuning, group);
+    std::printf("\n");
+    const Difference on_others = difference(tuning, group.name(), control_of(group), &share_full);
+    if (on_others.objects > 0 && on_others.mean > most) most = on_others.mean, best = group;
+  }
+  if (best.heuristic.empty()) return;
+  std::printf("| **%s**, held out |", best.name().c_str());
+  print_both(of_objects(centres, names, true), best);
+  for (const std::string& name : names) {
+    std::printf("\n| %s |", name.c_str());
+    print_both(of_objects(centres, {name}, true), best);
+  }
+  std::printf("\n");
 }
 
 void print_summary(const std::vector<Centre>& centres) {
@@ -230,23 +308,35 @@ void print_summary(const std::vector<Centre>& centres) {
                 100 * chance_sure / n);
   }
   std::printf(
-      "\nDifference from the control of the same rule, mean over objects:\n\n| group | all blocked | ring or "
-      "more | best rank |\n|---|---|---|---|\n");
+      "\nDifference from the control of the same rule, mean over objects:\n\n| group | all blocked | with a "
+      "margin "
+      "of 0.2 | best rank | poses that block all |\n|---|---|---|---|---|\n");
   for (const Group& group : groups()) {
     if (group.heuristic == "random" && !group.com_rule) continue;
-    const std::string control =
-        group.heuristic == "random" ? "random" : Group{"random", group.com_rule}.name();
+    const std::string control = control_of(group);
     std::printf("| %s - %s |", group.name().c_str(), control.c_str());
-    for (Outcome outcome : {&is_full, &is_sure, &rank_of})
-      print_difference(centres, group.name(), control, outcome);
+    for (Outcome outcome : {&is_full, &is_sure, &rank_of, &share_full})
+      print(difference(centres, group.name(), control, outcome));
     std::printf("\n");
   }
-  std::printf("\nCentres with a pose that blocks all with a margin of 0.2, of each object:\n\n| object |");
+  std::printf("\nThe same share of poses, object by object (95 %% over its centres):\n\n| object |");
+  std::map<std::string, int> objects;
+  for (const Centre& c : centres) ++objects[c.object];
+  std::vector<Group> compared = groups();
+  std::erase_if(compared, [](const Group& group) { return group.name() == "random"; });
+  for (const Group& group : compared)
+    std::printf(" %s - %s |", group.name().c_str(), control_of(group).c_str());
+  std::printf("\n|---|");
+  for (std::size_t i = 0; i < compared.size(); ++i) std::printf("---|");
+  for (const auto& [object, count] : objects) {
+    std::printf("\n| %s |", object.c_str());
+    for (const Group& group : compared)
+      print(difference(of_objects(centres, {object}, true), group.name(), control_of(group), &share_full));
+  }
+  std::printf("\n\nCentres with a pose that blocks all with a margin of 0.2, of each object:\n\n| object |");
   for (const Group& group : groups()) std::printf(" %s |", group.name().c_str());
   std::printf("\n|---|");
   for (std::size_t i = 0; i < groups().size(); ++i) std::printf("---|");
-  std::map<std::string, int> objects;
-  for (const Centre& c : centres) ++objects[c.object];
   for (const auto& [object, count] : objects) {
     std::printf("\n| %s |", object.c_str());
     for (const Group& group : groups()) {
@@ -273,10 +363,6 @@ void write_csv(const std::vector<Centre>& centres, const std::string& file) {
   std::fclose(out);
 }
 
-bool has(const std::vector<std::string>& list, const std::string& name) {
-  return std::find(list.begin(), list.end(), name) != list.end();
-}
-
 }  // namespace
 }  // namespace geocage::bench
 
@@ -297,6 +383,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
   print_summary(centres);
+  if (!options.hold_out.empty()) print_held_out(centres, options.hold_out);
   write_csv(centres, options.csv);
   return 0;
 }

@@ -93,6 +93,33 @@ TEST(Picture, PngReadsBackTheSamePixels) {
   std::filesystem::remove(file);
 }
 
+// A coarse cell is 8 wide, so rounding moves a channel by at most 4; the palette's nearest colour of rarer ones is
+// at most some cells away, seldom more than one.
+TEST(Picture, FewColoursStayNearTheirs) {
+  const Image image = Studio(one(painted(datasets::torus(0.05, 0.02, 48, 24), {0.2, 0.5, 0.9}))).picture({}, small);
+  const auto file = std::filesystem::path(testing::TempDir()) / "indexed_test.png";
+  write_indexed_png(file, image);
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  ASSERT_TRUE(png_image_begin_read_from_file(&header, file.c_str()));
+  header.format = PNG_FORMAT_RGBA;
+  std::vector<std::uint8_t> pixels(PNG_IMAGE_SIZE(header));
+  ASSERT_TRUE(png_image_finish_read(&header, nullptr, pixels.data(), 0, nullptr));
+  ASSERT_EQ(pixels.size(), image.rgba.size());
+  double sum = 0;
+  int most = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (image.rgba[i / 4 * 4 + 3] < 4) continue;  // of what can't be seen, colours don't matter
+    const int off = std::abs(pixels[i] - image.rgba[i]);
+    most = std::max(most, off);
+    sum += off;
+  }
+  EXPECT_LE(most, 24);
+  EXPECT_LT(sum / static_cast<double>(pixels.size()), 4);
+  write_png(file.string() + ".full", image);
+  EXPECT_LT(std::filesystem::file_size(file), 0.5 * static_cast<double>(std::filesystem::file_size(file.string() + ".full")));
+}
+
 TEST(Camera, EveryPointIsInsideAndOneTouchesTheBorder) {
   const auto parts = one(painted(datasets::box({0.3, 0.1, 0.02}), Colour::Ones()));
   const View view{Vec3(1, 2, 3).normalized(), Vec3::UnitZ()};

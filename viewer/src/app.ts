@@ -28,8 +28,18 @@ function pageAt(place: Place, overview: Overview): Page {
     case 'compare': return comparePage(overview, place);
     case 'sweep': return sweepPage(overview);
     case 'run': return runPage(overview);
-    default: return overviewPage(overview);
+    default: break;
   }
+  if (!isView(overview)) return overviewPage(overview);
+  // `geocage view`: what was asked for, at once.
+  const pair = overview.pairs[0];
+  if (pair.pictures?.length) return graspPage(overview, { ...place, path: ['grasp', '0', '0'] });
+  return objectPage(overview, { ...place, path: ['object', encodeURIComponent(pair.object)] });
+}
+
+/** A page of `geocage view` tells of no run. */
+function isView(overview: Overview): boolean {
+  return overview.tables.length === 0 && overview.slots.length === 0 && overview.pairs.length > 0;
 }
 
 async function start(): Promise<void> {
@@ -42,9 +52,10 @@ async function start(): Promise<void> {
     append(host, [h('main', {}, h('h1', {}, 'This report can’t be read'), h('p', {}, String(error)), h('p', {}, h('a', { href: 'plain.html' }, 'The plain page'), ' needs no script.'))]);
     return;
   }
-  const links: [string, string][] = [['overview', 'Overview'], ['sweep', overview.success.some((one) => one.by.includes('.')) ? 'Sweep' : 'Distributions'], ['run', 'Run']];
+  const links: [string, string][] = isView(overview)
+    ? overview.pairs.map((pair, i): [string, string] => [pair.pictures?.length ? `grasp/${i}/0` : `object/${encodeURIComponent(pair.object)}`, pair.object]) : [['overview', 'Overview'], ['sweep', overview.success.some((one) => one.by.includes('.')) ? 'Sweep' : 'Distributions'], ['run', 'Run']];
   const anchors = links.map(([path, title]) => h('a', { href: `#${path}` }, title));
-  const plain = document.querySelector('script[data-file]') === null;
+  const plain = !isView(overview) && document.querySelector('script[data-file]') === null;
   append(host, [
     h('a', { class: 'skip', href: '#main', onclick: (event: Event) => { event.preventDefault(); main.focus(); } }, 'Skip to content'),
     h('header', {}, h('nav', { 'aria-label': 'pages' }, h('span', { class: 'brand' }, 'geocage'), anchors, plain ? h('a', { href: 'plain.html' }, 'Plain page') : null)),

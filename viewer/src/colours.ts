@@ -57,6 +57,10 @@ export function lookUp(map: MapName): Rgb[] {
   return known;
 }
 
+/** Where a value lies in a range, 0..1; in the middle of a range without width. */
+export const shareOf = (x: number, low: number, high: number): number =>
+  high > low ? Math.min(1, Math.max(0, (x - low) / (high - low))) : 0.5;
+
 /** The range without the outer half per cents; symmetric about 0 for a map with two sides. */
 export function rangeOf(values: ArrayLike<number>, map: MapName): [number, number] {
   const finite = Array.from(values).filter(Number.isFinite);
@@ -68,7 +72,7 @@ export function rangeOf(values: ArrayLike<number>, map: MapName): [number, numbe
   }
   finite.sort((a, b) => a - b);
   const low = finite[Math.round(0.005 * (finite.length - 1))], high = finite[Math.round(0.995 * (finite.length - 1))];
-  return high > low ? [low, high] : [low - 0.5, low + 0.5];
+  return [low, high];
 }
 
 /** Okabe and Ito's palette (2008): outcomes differ for every kind of colour vision, and are always written out too. */

@@ -32,15 +32,16 @@ export interface Evaluation {
   start_penetration_m?: number; max_penetration_m?: number; ring?: Direction[];
   wrenches?: { amplitude_weights: number; trials: number; lost: number; errors?: number; survival?: number; mean_held_s?: number }[];
   escape_search?: { result: string; [key: string]: unknown };
-  recordings?: Recording[];
 }
-/** A trial as it went, geocage-recording: poses of the object (and postures of the hand) over time. */
-export interface Recording { name: string; [key: string]: unknown }
+/** A trial as it went, from geocage-recording 1; a list of one row never changes. Poses are x y z, qw qx qy qz in the world W. */
+export interface Recording {
+  trial: string; outcome: string; protocol: string; joints: string[]; times_s: number[]; X_WH: number[][]; X_WO: number[][]; q: number[][]; phase: string[];
+}
 export interface Grasp {
   hand: string; object: string; heuristic?: string; X_OH: { p_m: number[]; q_wxyz: number[] };
   joints_rad?: Record<string, number>; pregrasp_joints_rad?: Record<string, number>; points_m?: number[][];
   scores: Record<string, number | null>; force_closure?: string; approach: Approach | null; evaluation?: Evaluation; cage?: Evaluation;
-  contacts?: { link: string; p: number[]; n: number[] }[];
+  contacts?: { link: string; p: number[]; n: number[] }[]; recordings?: Recording[];
 }
 export interface Control { name: string; rule: string; grasps: number; trials: number; held: number; passed: number; ok: boolean }
 export interface TestHead { protocol: string; object_geometry: string; controls: Control[]; valid?: boolean; engine?: Record<string, Cell> }

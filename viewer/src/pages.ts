@@ -155,23 +155,24 @@ function objectFacts(pair: Pair, details: Details, index: number): HTMLElement {
 function pushes(title: string, directions: Direction[] | undefined, note: string): HTMLElement | null {
   if (!directions?.length) return null;
   return section(title, h('p', { class: 'soft' }, note), table(['direction', '', 'moved', 'turned', 'ended after'], directions.map((one) => [
-    one.name, h('span', { class: `push ${one.held ? 'held' : 'lost'}` }, one.held ? '✓ held' : '✗ lost'), num('max_displacement_m', one.max_displacement_m),
+    one.name, h('span', { class: `push ${one.held ? 'held' : 'lost'}` }, one.held ? '✓ held' : `✗ ${one.outcome ?? 'lost'}`), num('max_displacement_m', one.max_displacement_m),
     num('max_rotation_rad', one.max_rotation_rad), num('ended_s', one.ended_s),
   ]), title));
 }
 
 const scoreNotes: Record<string, string> = {
   winding_angle_rad: 'S1: how far fingers can reach round the surface here (360°: a ring)', curvature_sum_rad: 'S2: 0 on a tube, 360° on a half ball, more on a knob with a neck',
-  blocked_share: 'straight ways out of the closed hand that are blocked', closure_margin: 'how firmly the fingers close the ring', contacts: 'links that touch',
+  blocked_share: 'straight ways out of the closed hand that are blocked', closure_margin: 'how far the contacts are from letting the object go without friction', contacts: 'links that touch',
   rank: 'what grasps are ordered by', ferrari_canny_low: 'Ferrari-Canny epsilon, lower bound', ferrari_canny_high: 'its upper bound',
-  enclosed_share: 'directions from the ball’s centre that the hand covers', com_offset_m: 'the centre of mass from the approach line', candidate: 'number of the candidate, from 0',
+  enclosed_share: 'directions from the ball’s centre that the hand covers', com_offset_m: 'the centre of mass from the approach line', candidate: 'which candidate, counted from zero',
 };
 
 /** Why this grasp stands where it stands, in sentences made of its own figures. */
-function story(grasp: Grasp, index: number, details: Details): HTMLElement {
+function story(grasp: Grasp, index: number, details: Details, weight: string | undefined): HTMLElement {
   const say = (name: string) => num(name, grasp.scores[name]);
   const has = (name: string) => typeof grasp.scores[name] === 'number';
-  const lines: (Node | string | null)[][] = [];
+  type Piece = Node | string | null | Piece[];
+  const lines: Piece[][] = [];
   const candidate = typeof grasp.scores.candidate === 'number' ? details.candidates[grasp.scores.candidate] : undefined;
   if (candidate)
     lines.push([h('b', {}, 'Place. '), `Proposed by ${candidate.heuristic}: around this spot the surface winds by `, num('winding_angle_rad', candidate.winding_angle_rad),
@@ -180,7 +181,19 @@ function story(grasp: Grasp, index: number, details: Details): HTMLElement {
   if (has('blocked_share'))
     lines.push([h('b', {}, 'Closing. '), 'The closed hand blocks ', num('share', grasp.scores.blocked_share), ' of the straight ways out',
       has('contacts') ? ', with ' : null, has('contacts') ? say('contacts') : null, has('contacts') ? ' links in contact' : null,
-      has('rank') ? '; rank ' : null, has('rank') ? say('rank') : null, index === 0 ? ' is the best of this object and hand.' : '.']);
+      has('closure_margin') ? '; its closure margin is ' : null, has('closure_margin') ? say('closure_margin') : null, '.']);
+  if (has('rank')) {
+    const other = details.grasps[index === 0 ? 1 : 0];
+    const of = (name: string) => grasp.scores[name] ?? 0, opposed = has('opposition');
+    // Said where it is so: other ways to rank (place.rank_by) add up differently.
+    const adds = weight !== undefined && Math.abs(of('blocked_share') + Number(weight) * of('closure_margin') + of('opposition') - of('rank')) < 1e-9;
+    lines.push([h('b', {}, 'Rank. '), say('rank'), adds ? [' = blocked share + ', h('code', {}, weight), ' × closure margin (parameter ', h('code', {}, 'place.margin_weight'), ')', opposed ? ' + opposition' : null] : null,
+      index === 0 ? ', the highest of this object and hand' : null,
+      other && typeof other.scores.rank === 'number' ? [index === 0 ? '; the next one has ' : '; the best one has ', num('rank', other.scores.rank),
+        typeof other.scores.blocked_share === 'number' ? [': it blocks ', num('share', other.scores.blocked_share)] : null,
+        typeof other.scores.closure_margin === 'number' ? [' with a margin of ', num('closure_margin', other.scores.closure_margin)] : null] : null,
+      '. Rank is made before any test, and knows nothing of its outcome.']);
+  }
   if (grasp.force_closure)
     lines.push([h('b', {}, 'Force closure. '), grasp.force_closure, has('ferrari_canny_low') ? '; epsilon ' : null, has('ferrari_canny_low') ? say('ferrari_canny_low') : null,
       has('ferrari_canny_high') ? ' to ' : null, has('ferrari_canny_high') ? say('ferrari_canny_high') : null, '.']);
@@ -201,16 +214,16 @@ function controls(title: string, head: TestHead | null): HTMLElement | null {
     head.engine ? table(['setting', 'value'], Object.entries(head.engine).map(([key, value]) => [key, typeof value === 'number' ? num(`engine.${key}`, value) : String(value)]), `${title}: settings`) : null);
 }
 
-function graspFacts(grasp: Grasp, index: number, details: Details): Node[] {
+function graspFacts(grasp: Grasp, index: number, details: Details, weight: string | undefined): (Node | null)[] {
   const cage = grasp.cage;
   return [
-    section('Why', story(grasp, index, details)),
-    ...[pushes('Pushes of the force test', grasp.evaluation?.directions, 'The closing hand holds with friction; the object is pushed along each axis of its own frame.'),
+    section('Why', story(grasp, index, details, weight)),
+    h('div', { class: 'columns' }, ...[pushes('Pushes of the force test', grasp.evaluation?.directions, 'The closing hand holds with friction; the object is pushed along each axis of its own frame.'),
       pushes('Pulls of the cage test', cage?.directions, 'Fingers locked, no friction: gravity along each axis.'),
-      pushes('Ring test', cage?.ring, 'Gravity across the closing axis, with motion along that axis locked.')].filter((x) => x !== null),
-    ...(cage?.wrenches?.length ? [section('Random wrenches', table(['weights', 'trials', 'lost', 'survival', 'mean held'], cage.wrenches.map((one) => [
+      pushes('Ring test', cage?.ring, 'Gravity across the closing axis, with motion along that axis locked.')],
+    cage?.wrenches?.length ? section('Random wrenches', table(['weights', 'trials', 'lost', 'survival', 'mean held'], cage.wrenches.map((one) => [
       num('amplitude_weights', one.amplitude_weights), num('trials', one.trials), num('lost', one.lost), num('survival', one.survival), num('mean_held_s', one.mean_held_s)]), 'random wrenches'),
-    h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`))] : []),
+    h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`)) : null),
     section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
     section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),
   ];
@@ -238,7 +251,9 @@ export function graspPage(overview: Overview, place: Place): Page {
         facts.replaceChildren(h('p', {}, `This pair has ${details.grasps.length} grasps.`));
         return;
       }
-      facts.replaceChildren(...graspFacts(grasp, index, details));
+      const slot = overview.parameters.find((one) => one.slot === `${pair.object}/place/${pair.hand}`);
+      const weight = slot?.values.find(([name]) => name === 'margin_weight')?.[1];
+      facts.replaceChildren(...graspFacts(grasp, index, details, weight).filter((x) => x !== null));
       panel = new Panel({ pair, details, grasp, label: `${pair.hand} on ${pair.object}, grasp ${index + 1}`, candidates: false }, place.state, place.remember);
       box.replaceChildren(panel.element);
       await panel.start();
@@ -272,13 +287,15 @@ export function comparePage(overview: Overview, place: Place): Page {
       boxes.append(h('div', {}, h('h2', {}, h('a', { href: `#grasp/${one.pairIndex}/${one.index}` }, `${one.pair.object}, ${one.pair.hand}, grasp ${one.index + 1}`)), panel.element));
     }
     const names = [...new Set(loaded.flatMap((one) => Object.keys(one.grasp.scores)))];
-    facts.append(section('Side by side', table(['', ...loaded.map((one) => `${one.pair.object} ${one.index + 1}`)], [
+    facts.append(section('Side by side', table(['', ...loaded.map((one) => `${one.pair.object}, grasp ${one.index + 1}`)], [
       ['force test', ...loaded.map((one) => (one.grasp.evaluation ? badge(one.grasp.evaluation.outcome) : '–'))],
       ['cage test', ...loaded.map((one) => (one.grasp.cage ? badge(one.grasp.cage.outcome) : '–'))],
       ['force closure', ...loaded.map((one) => one.grasp.force_closure ?? '–')],
       ...names.map((name) => [name, ...loaded.map((one) => num(name, one.grasp.scores[name]))]),
     ], 'side by side')));
     await Promise.all(panels.map((panel) => panel.start()));
+    const [a, b] = panels.map((panel) => panel.view);
+    if (a && b && loaded[0].pair.model === loaded[1].pair.model) b.eye = a.eye;
     panels.forEach((panel, i) => (panel.onCamera = () => {
       const other = panels[1 - i].view;
       if (!linked || !panel.view || !other || document.activeElement !== panel.view.canvas && !panel.element.matches(':hover')) return;
@@ -321,7 +338,7 @@ export function sweepPage(overview: Overview): Page {
           ...(numeric ? [{ mark: { type: 'area', opacity: 0.15 }, encoding: { x, y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' }, color: colour } },
             { mark: { type: 'line' }, encoding: { x, y: { field: 'rate', type: 'quantitative' }, color: colour } }] : []),
           { mark: { type: 'rule', strokeWidth: 2 }, encoding: { x, ...(numeric ? {} : { xOffset: { field: 'series' } }), y: { field: 'wilson_low', type: 'quantitative', title: 'share', scale: { domain: [0, 1] } }, y2: { field: 'wilson_high' }, color: colour } },
-          { mark: { type: 'point', filled: true, size: 60 }, encoding: { x, ...(numeric ? {} : { xOffset: { field: 'series' } }), y: { field: 'rate', type: 'quantitative' }, color: colour, shape: { field: 'series', type: 'nominal', title: null } } },
+          { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { x, ...(numeric ? {} : { xOffset: { field: 'series' } }), y: { field: 'rate', type: 'quantitative' }, color: colour, shape: { field: 'series', type: 'nominal', title: null } } },
         ],
       }, rows, ['hand', ...settings, 'trials', 'rate', 'wilson_low', 'wilson_high', 'bootstrap_low', 'bootstrap_high'].filter((name) => columns.includes(name) || name === 'hand')));
     }
@@ -338,8 +355,8 @@ export function sweepPage(overview: Overview): Page {
     differences.append(plot('Paired differences', 'Best grasp held at a level minus at the first level, on the same object, hand and seed; bars: bootstrap over objects.', {
       width: 'container', height: { step: 26 },
       layer: [{ mark: { type: 'rule', strokeDash: [4, 4] }, encoding: { x: { datum: 0, type: 'quantitative' } } },
-        { mark: { type: 'rule', strokeWidth: 3, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal', title: null, axis: { labelLimit: 300 } }, x: { field: low, type: 'quantitative', title: 'difference of shares' }, x2: { field: high } } },
-        { mark: { type: 'point', filled: true, size: 80, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal' }, x: { field: mean, type: 'quantitative' } } }],
+        { mark: { type: 'rule', strokeWidth: 3, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal', title: null, axis: { labelLimit: 300 } }, x: { field: low, type: 'quantitative', title: 'difference of shares', scale: { domain: [-1, 1] } }, x2: { field: high } } },
+        { mark: { type: 'point', filled: true, opacity: 1, size: 80, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal' }, x: { field: mean, type: 'quantitative' } } }],
     }, paired, pairedColumns));
   };
   const numericColumns = (overview.tables.find((one) => one.name === 'grasps')?.columns ?? []).filter((name) =>
@@ -348,10 +365,45 @@ export function sweepPage(overview: Overview): Page {
     const rows = grasps.filter((row) => typeof row[quantity] === 'number');
     histograms.replaceChildren(plot(`Histogram of ${quantity}`, setting ? `One row a level of ${setting}.` : '', {
       width: 'container', height: setting ? 90 : 200, mark: { type: 'bar', color: '#0072B2' },
-      encoding: { x: { field: escape(quantity), type: 'quantitative', bin: { maxbins: 30 }, title: quantity }, y: { aggregate: 'count', title: 'grasps' },
+      encoding: { x: { field: escape(quantity), type: 'quantitative', bin: { maxbins: 30 }, title: quantity }, y: { aggregate: 'count', title: 'grasps', axis: { tickMinStep: 1, format: 'd' } },
         ...(setting ? { row: { field: escape(setting), type: 'ordinal', title: setting, header: { labelAngle: 0, labelAlign: 'left' } } } : {}) },
       ...(setting ? { width: 420 } : {}),
     }, rows, ['object', 'hand', ...(setting ? [setting] : []), 'grasp', quantity]));
+  };
+  const losses = recordsOf(overview, 'losses'), agreement = recordsOf(overview, 'agreement');
+  const lost = h('div', { class: 'plots' }), agreed = h('div', { class: 'plots' });
+  const keyOf = (row: Row) => [row.hand, ...settings.map((name) => `${name}=${row[name]}`)].join(' ');
+  const drawLosses = () => {
+    const columns = overview.tables.find((one) => one.name === 'losses')?.columns ?? [];
+    for (const row of losses) {
+      row.level = keyOf(row);
+      row.stage = row.best_lost_at || 'held';
+    }
+    const stages = [...new Set(losses.map((row) => String(row.stage)))];
+    lost.append(plot('Where the best grasp is lost', 'Pairs by the stage that lost their best grasp; held: none did.', {
+      width: 'container', height: { step: 24 }, mark: 'bar',
+      encoding: { y: { field: 'level', type: 'nominal', title: null, sort: null, axis: { labelLimit: 320 } }, x: { field: 'pairs', type: 'quantitative', title: 'pairs', axis: { tickMinStep: 1, format: 'd' } },
+        color: { field: 'stage', type: 'nominal', title: null, scale: { domain: stages, range: stages.map((stage, i) => (stage === 'held' ? '#0072B2' : ['#D55E00', '#E69F00', '#CC79A7', '#56B4E9', '#7a7a7a', '#009E73'][i % 6])) } } },
+    }, losses, columns));
+  };
+  const drawAgreement = (setting: string) => {
+    agreed.replaceChildren();
+    for (const measure of [...new Set(agreement.map((row) => String(row.measure)))]) {
+      const rows = agreement.filter((row) => row.measure === measure);
+      const numeric = rows.every((row) => typeof row[setting] === 'number');
+      for (const row of rows) row.series = [row.hand, ...settings.filter((name) => name !== setting).map((name) => `${name}=${row[name]}`)].join(' ');
+      const x = { field: escape(setting), type: numeric ? 'quantitative' : 'ordinal', title: setting };
+      const colour = { field: 'series', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9'] } };
+      agreed.append(plot(`${measure} over ${setting}`, 'Mean over pairs; band and whiskers: bootstrap over objects.', {
+        width: 'container', height: 220,
+        layer: [
+          ...(numeric ? [{ mark: { type: 'area', opacity: 0.15 }, encoding: { x, y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' }, color: colour } },
+            { mark: { type: 'line' }, encoding: { x, y: { field: 'mean', type: 'quantitative' }, color: colour } }] : []),
+          { mark: { type: 'rule', strokeWidth: 2 }, encoding: { x, y: { field: 'bootstrap_low', type: 'quantitative', title: measure }, y2: { field: 'bootstrap_high' }, color: colour } },
+          { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { x, y: { field: 'mean', type: 'quantitative' }, color: colour } },
+        ],
+      }, rows, ['hand', ...settings, 'objects', 'pairs', 'mean', 'bootstrap_low', 'bootstrap_high']));
+    }
   };
   let quantity = numericColumns.find((name) => name === 'score_winding_angle_rad') ?? numericColumns[0] ?? '';
   const level = settings[0] ?? '';
@@ -359,7 +411,12 @@ export function sweepPage(overview: Overview): Page {
     title: 'sweep',
     nodes: [
       h('h1', {}, settings.length ? 'Sweep' : 'Distributions'),
-      ...(settings.length ? [section('Curves', settings.length > 1 ? h('p', {}, select('over', settings.map((name): [string, string] => [name, name]), level, drawCurves)) : null, curves), section('Paired differences', differences)]
+      ...(settings.length ? [section('Curves', settings.length > 1 ? h('p', {}, select('over', settings.map((name): [string, string] => [name, name]), level, (name) => {
+        drawCurves(name);
+        drawAgreement(name);
+      })) : null, curves), section('Paired differences', differences),
+        ...(losses.length ? [section('Where pairs are lost', lost)] : []),
+        ...(agreement.length ? [section('Scores against those of the clean surface', h('p', { class: 'soft' }, 'Rank correlation and overlap of the best tenth: 1 is agreement. Drift: how far the best place moves on the surface.'), agreed)] : [])]
         : [h('p', {}, 'This flow has no [sweep], so there are no curves and no paired differences. ', 'The histograms show how the grasps’ figures are spread.')]),
       section('Histograms', numericColumns.length ? h('p', {}, select('of', numericColumns.map((name): [string, string] => [name, name]), quantity, (value) => {
         quantity = value;
@@ -370,6 +427,8 @@ export function sweepPage(overview: Overview): Page {
       if (level) {
         drawCurves(level);
         drawDifferences();
+        if (losses.length) drawLosses();
+        if (agreement.length) drawAgreement(level);
       }
       if (quantity) drawHistogram(quantity, level);
     },

@@ -9,7 +9,7 @@ async function draw(host: HTMLElement, spec: object, dark: boolean) {
   const config = {
     background: 'transparent', font: 'system-ui, sans-serif', view: { stroke: 'transparent' },
     axis: { labelColor: ink, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 500 },
-    legend: { labelColor: ink, titleColor: ink, labelFontSize: 12, titleFontSize: 12 }, title: { color: ink },
+    legend: { symbolOpacity: 1, labelColor: ink, titleColor: ink, labelFontSize: 12, titleFontSize: 12 }, title: { color: ink },
     header: { labelColor: ink, titleColor: ink },
   };
   const compiled = compile({ $schema: 'https://vega.github.io/schema/vega-lite/v6.json', ...spec, config } as unknown as TopLevelSpec);

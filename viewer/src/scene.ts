@@ -4,7 +4,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { GLTFExporter } from 'three/examples/jsm/exporters/GLTFExporter.js';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import { ballByHops, linksOf, type Links } from './ball';
-import { lookUp, noValue, rangeOf, type MapName } from './colours';
+import { lookUp, noValue, rangeOf, shareOf, type MapName } from './colours';
 import { jointPose, keyAt, mix, poseAt, type HandModel } from './kinematics';
 import type { Candidate, Motion } from './data';
 
@@ -190,7 +190,7 @@ export class View {
     const pale = new THREE.Color();
     for (let i = 0; i < colours.count; ++i) {
       const x = field ? field.values[i] : 0;
-      let c = !field ? plain : Number.isNaN(x) ? grey : table[Math.min(255, Math.max(0, Math.round((255 * (x - low)) / (high - low))))];
+      let c = !field ? plain : Number.isNaN(x) ? grey : table[Math.round(255 * shareOf(x, low, high))];
       if (this.ballVertices && !this.ballVertices.has(i)) c = pale.copy(c).lerp(plain, 0.78);
       colours.setXYZ(i, c.r, c.g, c.b);
     }

@@ -4,11 +4,14 @@ import type { Candidate, Details, Grasp, Motion, Pair } from './data';
 import { css, colourAt, mapTitles, noValue, type MapName } from './colours';
 import { append, button, check, copy, h, save, select, slider } from './dom';
 import { num, text } from './numbers';
-import { inOrder, mix } from './kinematics';
+import { inOrder, keyAt, mix } from './kinematics';
 import { recordingsOf } from './recordings';
 import type { SceneModule, View } from './scene';
 
 export interface Shown { pair: Pair; details: Details; grasp: Grasp | null; label: string; candidates: boolean }
+
+/** A way, or a trial in which the object moves too. */
+type Moving = Motion & { objectX?: number[][]; phase?: string[] };
 
 /** What a link to a view remembers; kept short. */
 export type State = URLSearchParams;
@@ -134,7 +137,7 @@ export class Panel {
     if (!field) return;
     const stops = Array.from({ length: 17 }, (_, i) => css(colourAt(map, i / 16))).join(',');
     const none = field.values.some(Number.isNaN);
-    append(this.legend, [
+    append(this.legend, low === high ? [h('span', { class: 'legend-title' }, field.title), h('span', { class: 'legend-end' }, `${text(name, low)} everywhere`)] : [
       h('span', { class: 'legend-title' }, field.title),
       h('span', { class: 'legend-end' }, text(name, low)),
       h('span', { class: 'legend-bar', style: `background:linear-gradient(90deg,${stops})`, role: 'img', 'aria-label': `colour scale ${mapTitles[map]}` }),
@@ -208,9 +211,9 @@ export class Panel {
       this.remember('closed', value === 1 ? null : String(value));
     });
     const groups = [this.group('Posture', bar.label)];
-    const motions: [string, Motion, string][] = [];
-    if (grasp.approach && grasp.approach.times_s.length > 1) motions.push(['approach', grasp.approach, 'the way to the grasp']);
-    for (const recording of recordingsOf(grasp)) motions.push([recording.title, recording.motion, recording.title]);
+    const motions: [string, Moving][] = [];
+    if (grasp.approach && grasp.approach.times_s.length > 1) motions.push(['the way to the grasp', grasp.approach]);
+    for (const recording of recordingsOf(grasp)) motions.push([recording.title, recording]);
     if (motions.length) groups.push(this.playControls(view, motions, () => {
       rest();
       close(1);
@@ -219,7 +222,7 @@ export class Panel {
     return groups;
   }
 
-  private playControls(view: View, motions: [string, Motion & { objectX?: number[][] }, string][], rest: () => void): HTMLElement {
+  private playControls(view: View, motions: [string, Moving][], rest: () => void): HTMLElement {
     let [, motion] = motions[0];
     let time = 0, playing = false, before = 0, frame = 0;
     const end = () => motion.times_s[motion.times_s.length - 1];
@@ -228,7 +231,8 @@ export class Panel {
       view.pose(motion, time);
       if (motion.objectX) view.poseObject(motion.times_s, motion.objectX, time);
       bar.box.value = String(time / end());
-      readout.textContent = `${time.toFixed(2)} of ${end().toFixed(2)} s`;
+      const phase = motion.phase?.[keyAt(motion.times_s, time)[0]];
+      readout.textContent = `${time.toFixed(2)} of ${end().toFixed(2)} s${phase ? ', ' + phase : ''}`;
     };
     const step = (now: number) => {
       if (!playing) return;
@@ -273,7 +277,7 @@ export class Panel {
       rest();
       pose();
     }) : null;
-    return this.group(motions.length > 1 ? 'Playback' : `Playback: ${motions[0][2]}`, which,
+    return this.group(motions.length > 1 ? 'Playback' : `Playback: ${motions[0][0]}`, which,
       h('div', { class: 'row' }, play, button('Rest', () => {
         pause();
         rest();
@@ -288,6 +292,7 @@ export class Panel {
       this.chosen = value === '' ? null : candidates[Number(value)] ?? null;
       const shown = view.showBall(this.chosen);
       note.replaceChildren();
+      if (this.chosen && shown) this.element.dataset.ballAgrees = shown.vertices === this.chosen.ball.vertices ? 'yes' : 'no';
       if (this.chosen && shown)
         append(note, ['blue: principal axis A and the plane across it; red: the path that winds, ',
           num('winding_angle_rad', this.chosen.winding_angle_rad), '; curvature ', num('curvature_sum_rad', this.chosen.curvature_sum_rad),
