@@ -21,7 +21,7 @@ void count(Control& control, const CageTrial& trial) {
   control.held += trial.outcome == Outcome::held;
 }
 
-Control ball_in_a_box(const CageProtocol& protocol) {
+Control ball_in_a_box(const CageProtocol& protocol, int seeds) {
   constexpr double ball_m = 0.03, wall_m = 0.05, play_m = 5e-4;
   const auto field = filled(Vec3::Constant(0.09), 0.003, [](const Vec3& p) { return p.norm() - ball_m; });
   std::vector<PlacedCapsule> walls;
@@ -36,8 +36,11 @@ Control ball_in_a_box(const CageProtocol& protocol) {
   Control control{"ball in a closed box", Control::Rule::all_trials_hold, 1};
   for (const Direction& way : six_directions())
     count(control, pull_trial(protocol, ball, escape, way.axis_O, 0));
-  for (const double amplitude : {1.0, 5.0})
-    count(control, wrench_trial(protocol, ball, escape, amplitude, 0));
+  std::vector<CageTrial> wrenches(2 * static_cast<std::size_t>(seeds));
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < wrenches.size(); ++i)
+    wrenches[i] = wrench_trial(protocol, ball, escape, i % 2 == 0 ? 1 : 5, i / 2);
+  for (const CageTrial& trial : wrenches) count(control, trial);
   return control;
 }
 
@@ -92,7 +95,7 @@ std::string rule_text(Control::Rule rule) {
   return "the rate of chance";
 }
 
-std::vector<Control> known_cages(const CageProtocol& protocol) {
+std::vector<Control> known_cages(const CageProtocol& protocol, int seeds) {
   const RingOnBar scene;
   Control stopped{"ring on a bar with end stops", Control::Rule::all_trials_hold, 1};
   for (const Direction& way : six_directions())
@@ -100,7 +103,7 @@ std::vector<Control> known_cages(const CageProtocol& protocol) {
   Control open{"ring along a bare bar", Control::Rule::no_trial_holds, 1};
   for (const double side : {1.0, -1.0})
     count(open, pull_trial(protocol, scene.ring, scene.escape(false), side * Vec3::UnitZ(), 0));
-  return {ball_in_a_box(protocol), stopped, open};
+  return {ball_in_a_box(protocol, seeds), stopped, open};
 }
 
 }  // namespace geocage::physics

@@ -28,7 +28,8 @@ nlohmann::json to_json(const std::vector<Control>& controls);
 std::vector<Control> controls_from(const nlohmann::json& list);
 
 /// Cages that are known, under this protocol: a ball in a box of six thick capsules with 0.5 mm of play
-/// (stays), a ring on a bar with end stops (stays), and along a bar without them (leaves).
-std::vector<Control> known_cages(const CageProtocol& protocol);
+/// (stays, also under random wrenches of 1 and 5 weights and so many seeds), a ring on a bar with end stops
+/// (stays), and along a bar without them (leaves).
+std::vector<Control> known_cages(const CageProtocol& protocol, int seeds);
 
 }  // namespace geocage::physics

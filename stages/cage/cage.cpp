@@ -356,7 +356,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   std::vector<Locked*> fars, opens;
   for (Locked& one : far) fars.push_back(&one);
   for (Locked& one : open) opens.push_back(&one);
-  all.controls = physics::known_cages(protocol);
+  all.controls = physics::known_cages(protocol, params.wrench_seeds);
   all.controls.push_back(
       control("hand 1 m away, pulls", Control::Rule::no_trial_holds, fars, TrialKind::pull));
   all.controls.push_back(

@@ -250,31 +250,37 @@ std::vector<Centre> of_objects(const std::vector<Centre>& centres, const std::ve
   return some;
 }
 
+/// Two outcomes of a group less those of its control, as two cells.
+void print_both(const std::vector<Centre>& centres, const Group& group) {
+  for (Outcome outcome : {&share_full, &is_full})
+    print(difference(centres, group.name(), control_of(group), outcome));
+}
+
 /// The tuned groups on the objects they are tuned on, and the best of them on the others.
 void print_held_out(const std::vector<Centre>& centres, const std::vector<std::string>& names) {
-  const auto tuning = of_objects(centres, names, false), held = of_objects(centres, names, true);
+  const auto tuning = of_objects(centres, names, false);
   std::printf(
-      "\nTuned by the share of a centre's poses that block all, less that of random+com:\n\n| group | on the "
-      "others | held out |\n|---|---|---|\n");
+      "\nTuned by the share of a centre's poses that block all, less that of random+com:\n\n| group | poses "
+      "that "
+      "block all | centres with one |\n|---|---|---|\n");
   double most = -2;
   Group best;
   for (const Group& group : groups()) {
     if (!is_tuned(group)) continue;
-    const Difference on_others = difference(tuning, group.name(), control_of(group), &share_full);
     std::printf("| %s |", group.name().c_str());
-    print(on_others);
-    std::printf(" |\n");
+    print_both(tuning, group);
+    std::printf("\n");
+    const Difference on_others = difference(tuning, group.name(), control_of(group), &share_full);
     if (on_others.objects > 0 && on_others.mean > most) most = on_others.mean, best = group;
   }
   if (best.heuristic.empty()) return;
-  std::printf("| **%s**, held out |  |", best.name().c_str());
-  print(difference(held, best.name(), control_of(best), &share_full));
-  std::printf("\n");
+  std::printf("| **%s**, held out |", best.name().c_str());
+  print_both(of_objects(centres, names, true), best);
   for (const std::string& name : names) {
-    std::printf("| %s |  |", name.c_str());
-    print(difference(of_objects(centres, {name}, true), best.name(), control_of(best), &share_full));
-    std::printf("\n");
+    std::printf("\n| %s |", name.c_str());
+    print_both(of_objects(centres, {name}, true), best);
   }
+  std::printf("\n");
 }
 
 void print_summary(const std::vector<Centre>& centres) {
@@ -316,13 +322,15 @@ void print_summary(const std::vector<Centre>& centres) {
   std::printf("\nThe same share of poses, object by object (95 %% over its centres):\n\n| object |");
   std::map<std::string, int> objects;
   for (const Centre& c : centres) ++objects[c.object];
-  for (const Group& group : groups())
+  std::vector<Group> compared = groups();
+  std::erase_if(compared, [](const Group& group) { return group.name() == "random"; });
+  for (const Group& group : compared)
     std::printf(" %s - %s |", group.name().c_str(), control_of(group).c_str());
   std::printf("\n|---|");
-  for (std::size_t i = 0; i < groups().size(); ++i) std::printf("---|");
+  for (std::size_t i = 0; i < compared.size(); ++i) std::printf("---|");
   for (const auto& [object, count] : objects) {
     std::printf("\n| %s |", object.c_str());
-    for (const Group& group : groups())
+    for (const Group& group : compared)
       print(difference(of_objects(centres, {object}, true), group.name(), control_of(group), &share_full));
   }
   std::printf("\n\nCentres with a pose that blocks all with a margin of 0.2, of each object:\n\n| object |");

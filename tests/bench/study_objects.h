@@ -8,11 +8,12 @@
 
 #include "geometry/mesh.h"
 #include "geometry/mesh_files.h"
+#include "geometry/repair.h"
 
 namespace geocage::bench {
 
-/// The meshes of a folder, or the one of a file, that are closed manifolds, turned outward, by name; others
-/// are named on stderr and left out.
+/// The meshes of a folder, or the one of a file, turned outward, by name. Those that are no closed manifolds
+/// are mended, or else left out, and named on stderr.
 inline std::vector<std::pair<std::string, geometry::TriangleMesh>> objects_of(
     const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
@@ -31,8 +32,14 @@ inline std::vector<std::pair<std::string, geometry::TriangleMesh>> objects_of(
     geometry::orient_outward(mesh);
     auto report = geometry::check_mesh(mesh);
     if (!report.closed_manifold()) {
-      std::fprintf(stderr, "%s is left out: %s\n", file.c_str(), geometry::flaw(report).c_str());
-      continue;
+      auto mended = geometry::repair_mesh(mesh);
+      if (mended.outcome == geometry::RepairOutcome::rejected) {
+        std::fprintf(stderr, "%s is left out: %s\n", file.c_str(), mended.reason.c_str());
+        continue;
+      }
+      std::fprintf(stderr, "%s is mended: %s\n", file.c_str(), geometry::flaw(report).c_str());
+      mesh = std::move(mended.mesh);
+      report = geometry::check_mesh(mesh);
     }
     if (report.diagonal_m() > 0.6) {  // no unit is known: a hand-sized object
       std::fprintf(stderr, "%s is scaled by %g\n", file.c_str(), 0.2 / report.diagonal_m());

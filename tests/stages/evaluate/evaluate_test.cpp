@@ -89,9 +89,12 @@ hands::Grasp pierced_grasp() {
   return grasp_of(place.X_OH, place.q_open);
 }
 
-Evaluations evaluated(const std::vector<hands::Grasp>& grasps, const motion::TrajectorySet& ways = {}) {
+Evaluations evaluated(const std::vector<hands::Grasp>& grasps, const motion::TrajectorySet& ways = {},
+                      int lifts = 0) {
   pipeline::Run run;
-  return evaluate({}, run, {grasps, {}}, ways, sphere_mesh(), sphere_field(), sdh());
+  EvaluateParams params;
+  params.lift_grasps = lifts;
+  return evaluate(params, run, {grasps, {}}, ways, sphere_mesh(), sphere_field(), sdh());
 }
 
 std::string saved(const Evaluations& all) {
@@ -166,10 +169,14 @@ TEST(Evaluate, counts_add_up_and_files_read_back) {
   EXPECT_EQ(file["counts"]["rejected"], 1);
 }
 
-// Of the first simulated grasp every push: from the grasp's own pose through closing to the end, joints and all.
+// Of the first simulated grasp the lift and every push: from the grasp's own pose through closing to the end, joints and all.
 TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
-  const Evaluations all = evaluated({pierced_grasp(), closed_grasp(), open_grasp()});
-  ASSERT_EQ(all.recordings.size(), 6u);
+  const Evaluations all = evaluated({pierced_grasp(), closed_grasp(), open_grasp()}, {}, 1);
+  ASSERT_EQ(all.recordings.size(), 7u);
+  EXPECT_EQ(all.recordings[6].trial, "lift");
+  ASSERT_TRUE(all.list[1].lift);
+  EXPECT_EQ(all.list[1].lift->outcome, Outcome::held);
+  EXPECT_FALSE(all.list[2].lift);
   for (std::size_t i = 0; i < 6; ++i) {
     const physics::Recording& one = all.recordings[i];
     EXPECT_EQ(one.grasp, 1);  // the first was rejected
