@@ -84,7 +84,7 @@ Path ApproachPlanner::proven_closing(const ApproachGoal& goal) {
   return prove_closing(exact).outcome == Proof::free ? exact : Path();
 }
 
-std::optional<Path> ApproachPlanner::scripted(const ApproachGoal& goal) {
+Path ApproachPlanner::way_of(const ApproachGoal& goal) const {
   const VectorXd& open = goal.closing.front();
   Path way = {goal.start};
   if (mover_.floats()) {
@@ -94,10 +94,31 @@ std::optional<Path> ApproachPlanner::scripted(const ApproachGoal& goal) {
     if ((goal.start - open).head<3>().norm() * Mover::unit_m > rule_.retreat_m) way.push_back(retreat);
   }
   way.push_back(open);
-  Path steps = respaced(way, rule_.steps);
+  return way;
+}
+
+std::optional<Path> ApproachPlanner::scripted(const ApproachGoal& goal) {
+  const Path way = way_of(goal), steps = respaced(way, rule_.steps);
   if (prove_free(steps).outcome == Proof::free) return steps;
   if (prove_free(way).outcome == Proof::free) return way;
   return std::nullopt;
+}
+
+Path ApproachPlanner::straight_closing(const ApproachGoal& goal) {
+  const VectorXd &closed = goal.closing.back(), &open = goal.closing.front();
+  const hands::Hand& hand = mover_.hand();
+  const VectorXd lower = mover_.lower().cwiseMin(closed), upper = mover_.upper().cwiseMax(closed);
+  const VectorXd opening = (hand.closing_rad.array() * hand.closing_speed.array()).matrix();
+  for (double step = 0.02; step < 0.5; step *= 1.3) {
+    VectorXd x = closed;
+    x.tail(opening.size()) -= step * opening;
+    // Not beyond where the fingers came from.
+    x = x.cwiseMax(lower).cwiseMin(upper).cwiseMax(open.cwiseMin(closed)).cwiseMin(open.cwiseMax(closed));
+    if (!prover_.posture_free(x, rule_.wrap_clearance_m)) continue;
+    const Path path = {x, closed};
+    return prove_closing(path).outcome == Proof::free ? path : Path();
+  }
+  return {};
 }
 
 void ApproachPlanner::box(const ApproachGoal& goal, VectorXd& lower, VectorXd& upper) const {
@@ -177,71 +198,78 @@ bool ApproachPlanner::within_limits(const Path& path) const {
   });
 }
 
-void ApproachPlanner::improve(const Path& way, const Path& closing, ApproachPlan& best) {
-  // How far fingers may close on the way: the last posture of closing that is proven to keep the clearance.
-  std::size_t wrap = 0;
-  while (wrap + 1 < closing.size() && prover_.posture_free(closing[wrap + 1], rule_.wrap_clearance_m)) ++wrap;
-  std::vector<std::size_t> ends = {wrap};
-  if (wrap > 0) ends.push_back(0);
-  for (std::size_t end : ends) {
-    const auto join = closing.begin() + 1 + static_cast<std::ptrdiff_t>(end);
-    Path all = way;
-    all.insert(all.end(), closing.begin() + 1, join);
-    for (double factor : {1.0, 10.0}) {
-      Path smooth = improved(all, factor * rule_.collision_precision, best);
-      if (!within_limits(smooth)) continue;
-      const Certificate proof = prove_free(smooth);
-      if (proof.outcome != Proof::free) continue;
-      const std::size_t free = smooth.size();
-      smooth.insert(smooth.end(), join, closing.end());
-      const double length = length_of(smooth);
-      if (length >= best.length) break;
-      best.planner = rule_.by_messages ? "aico" : "gauss_newton";
-      best.path = std::move(smooth);
-      best.free = free;
-      best.proof = proof;
-      best.length = length;
-      return;
-    }
+bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* closing, ApproachPlan& plan) {
+  Path all = way;
+  if ((rest.front() - all.back()).norm() > 0) all.push_back(rest.front());
+  for (double factor : {1.0, 10.0}) {
+    Path smooth = improved(all, factor * rule_.collision_precision, plan);
+    if (!within_limits(smooth)) continue;
+    const Certificate proof = prove_free(smooth);
+    if (proof.outcome != Proof::free) continue;
+    const std::size_t free = smooth.size();
+    smooth.insert(smooth.end(), rest.begin() + 1, rest.end());
+    const double length = length_of(smooth);
+    if (plan.outcome == ApproachOutcome::planned && length >= plan.length) return true;
+    plan.outcome = ApproachOutcome::planned;
+    plan.planner = rule_.by_messages ? "aico" : "gauss_newton";
+    plan.closing = closing;
+    plan.path = std::move(smooth);
+    plan.free = free;
+    plan.proof = proof;
+    plan.length = length;
+    return true;
   }
+  return false;
 }
 
 ApproachPlan ApproachPlanner::plan(const ApproachGoal& goal, bool sampling) {
-  ApproachPlan none;
+  ApproachPlan plan;
+  const Path straight = straight_closing(goal);
+  if (!straight.empty()) {
+    plan.seed = "script";
+    plan.seed_length = length_of(way_of(goal)) + length_of(goal.closing);
+    if (improve(way_of(goal), straight, "straight", plan)) return plan;
+  }
+  plan = {};
   const Path closing = proven_closing(goal);
-  if (closing.empty()) {
-    none.outcome = ApproachOutcome::closing_collides;
-    none.deepest_m = prove_closing(goal.closing).clearance_m;
-    return none;
+  if (closing.empty() && straight.empty()) {
+    plan.outcome = ApproachOutcome::closing_collides;
+    plan.deepest_m = prove_closing(goal.closing).clearance_m;
+    return plan;
   }
   const auto take = [&](const Path& way, const char* seed) {
-    ApproachPlan plan;
-    plan.outcome = ApproachOutcome::planned;
-    plan.planner = plan.seed = seed;
-    plan.path = way;
-    plan.free = way.size();
-    plan.proof = prove_free(way);
-    plan.path.insert(plan.path.end(), closing.begin() + 1, closing.end());
-    plan.length = plan.seed_length = length_of(plan.path);
-    improve(way, closing, plan);
-    return plan;
+    plan.seed = seed;
+    if (!closing.empty()) {
+      plan.outcome = ApproachOutcome::planned;
+      plan.planner = seed;
+      plan.closing = "replayed";
+      plan.path = way;
+      plan.free = way.size();
+      plan.proof = prove_free(way);
+      plan.path.insert(plan.path.end(), closing.begin() + 1, closing.end());
+      plan.length = plan.seed_length = length_of(plan.path);
+    }
+    if (!straight.empty() && improve(way, straight, "straight", plan)) return true;
+    if (!closing.empty()) improve(way, closing, "replayed", plan);
+    return plan.outcome == ApproachOutcome::planned;
   };
-  if (const auto way = scripted(goal)) return take(*way, "script");
-  if (!sampling) return none;
+  if (const auto way = scripted(goal); way && take(*way, "script")) return plan;
+  if (!sampling) return plan;
   // With room between samples first: what sampled edges promise is then proven more often.
   for (double room_m : {0.004, 0.001, -rule_.tolerance_m})
-    if (const auto way = connected(goal, room_m)) return take(*way, "rrt_connect");
-  none.deepest_m = prove_free({goal.closing.front()}).clearance_m;
-  if (none.deepest_m < -rule_.tolerance_m) {
-    none.outcome = ApproachOutcome::goal_blocked;
-    return none;
+    if (const auto way = connected(goal, room_m); way && take(*way, "rrt_connect")) return plan;
+  plan = {};
+  plan.deepest_m = prove_free({goal.closing.front()}).clearance_m;
+  if (plan.deepest_m < -rule_.tolerance_m) {
+    plan.outcome = ApproachOutcome::goal_blocked;
+    return plan;
   }
   const double at_start = prove_free({goal.start}).clearance_m;
   if (at_start < -rule_.tolerance_m) {
-    none.outcome = ApproachOutcome::start_blocked;
-    none.deepest_m = at_start;
+    plan.outcome = ApproachOutcome::start_blocked;
+    plan.deepest_m = at_start;
   }
-  return none;
+  return plan;
 }
 
 }  // namespace geocage::motion

@@ -25,7 +25,7 @@ struct ApproachRule {
   bool by_messages = false;            ///< AICO instead of block Gauss-Newton: the same cost
   double tolerance_m = 5e-4;           ///< an open hand is nowhere deeper than this
   double closing_tolerance_m = 0.003;  ///< fingers that close may be
-  double wrap_clearance_m = 0.003;     ///< fingers close on the way as far as they are proven to keep this
+  double wrap_clearance_m = 0.002;     ///< fingers close on the way as far as they are proven to keep this
   int rrt_iterations = 2000;
   std::uint64_t seed = 1;
 };
@@ -54,10 +54,11 @@ struct ApproachPlan {
   std::string
       planner;       ///< whose way: "gauss_newton" or "aico" improved it; "script", "rrt_connect" as they are
   std::string seed;  ///< where it was improved from: "script" or "rrt_connect"
-  Certificate proof;                   ///< of the free part
-  double deepest_m = 0;                ///< of the best that was refused, when nothing is planned
-  double cost = 0;                     ///< of the improved free part
-  int sweeps = 0;                      ///< of all improvements tried
+  std::string closing;   ///< "straight" from a posture a little more open, or "replayed" as close_hand closed
+  Certificate proof;     ///< of the free part
+  double deepest_m = 0;  ///< of the best that was refused, when nothing is planned
+  double cost = 0;       ///< of the improved free part
+  int sweeps = 0;        ///< of all improvements tried
   double seed_length = 0, length = 0;  ///< in units of the state
 };
 
@@ -66,11 +67,12 @@ double length_of(const Path& path);
 /// Points of a polyline at equal distances along it, its ends included.
 Path respaced(const Path& path, int steps);
 
-/// Ways of one body among one set of obstacles. Reliability first: a way of the open hand, scripted or by
-/// RRT-Connect, with close_hand's own closing, is proven as a seed. Then smoothing of the whole way, fingers
-/// closing as they go up to where they keep `wrap_clearance_m`, from the seed; what is proven and shortest is
-/// the answer, and it says whose it is. Everything that is returned is proven free (Prover). Mover and fields
-/// must outlive it.
+/// Ways of one body among one set of obstacles. A search shortens and smooths a scripted way whose fingers
+/// close as they go, to a posture that is the closed one opened until it keeps `wrap_clearance_m`; from there
+/// they close straight. Where that is not proven, reliability first: a way of the open hand, scripted or by
+/// RRT-Connect, with close_hand's own closing, is proven as a seed, the search starts from it, and what is
+/// proven and shortest is the answer. Everything that is returned is proven free (Prover), and says whose it
+/// is. Mover and fields must outlive it.
 class ApproachPlanner {
  public:
   ApproachPlanner(const Mover& mover, const Obstacles& obstacles, std::vector<std::pair<int, int>> self_pairs,
@@ -96,7 +98,13 @@ class ApproachPlanner {
   std::vector<Task> extra_tasks;
 
  private:
-  void improve(const Path& way, const Path& closing, ApproachPlan& best);
+  /// The closed posture opened until it keeps the clearance, and the closed one, if straight closing is
+  /// proven; else empty.
+  Path straight_closing(const ApproachGoal& goal);
+  /// Whether a search from `way` to where `rest` begins is proven; then it is `plan`, if that is none or
+  /// longer.
+  bool improve(const Path& way, const Path& rest, const char* closing, ApproachPlan& plan);
+  Path way_of(const ApproachGoal& goal) const;
   bool within_limits(const Path& path) const;
 
   const Mover& mover_;

@@ -46,6 +46,8 @@ BallMesh::BallMesh(const TriangleMesh& mesh) : count(static_cast<int>(mesh.verti
   order_triangles(mesh);
   join_half_edges();
   link_vertices();
+  std::vector<int>().swap(outgoing);
+  std::vector<int>().swap(outgoing_start);
 }
 
 void BallMesh::order_vertices(const TriangleMesh& mesh) {

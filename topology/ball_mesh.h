@@ -31,7 +31,6 @@ struct BallMesh {
     int opposite, exits[2], from;
   };
   std::vector<HalfEdge> half_edges;
-  std::vector<int> outgoing_start, outgoing;  ///< half-edges that leave each vertex
   double mean_edge_m = 0, longest_edge_m = 0;
 
   /// Precondition: edges are manifold and oriented alike. O(V log V).
@@ -45,6 +44,7 @@ struct BallMesh {
  private:
   static int after(int half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
   static int before(int half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
+  std::vector<int> outgoing_start, outgoing;  ///< half-edges that leave each vertex, while it is built
   void order_vertices(const geometry::TriangleMesh& mesh);
   void order_triangles(const geometry::TriangleMesh& mesh);
   void join_half_edges();

@@ -39,6 +39,7 @@ void Region::clear() {
   for (int v : order_) slot_[v] = 0;
   order_.clear();
   ring_start_.assign(1, 0);
+  ring_low_.clear();
 }
 
 void Region::grow_by_hops(const int* sources, int count, int hops) {
@@ -49,6 +50,7 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
   for (int depth = 0; head < size(); ++depth) {
     const int end = size();
     ring_start_.push_back(end);
+    ring_low_.push_back(static_cast<std::uint32_t>(depth));
     if (depth == hops) break;
     for (; head < end; ++head) {
       const int v = order_[head];
@@ -87,6 +89,8 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
     distance_[sources[i]] = 0;
   }
   ring_start_.push_back(count);
+  ring_low_.push_back(0);
+  std::uint32_t next_low = 0;
   for (int i = 0; i < count; ++i) reach_from(sources[i], limit, weights);
   for (std::uint32_t bucket = 0; waiting_ > 0; ++bucket) {
     auto& reached = buckets_[bucket % buckets];
@@ -98,9 +102,16 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
       reach_from(v, limit, weights);
     }
     reached.clear();
-    if (bucket % 2 == 1 && size() > ring_start_.back()) ring_start_.push_back(size());
+    if (bucket % 2 == 1 && size() > ring_start_.back()) {
+      ring_start_.push_back(size());
+      ring_low_.push_back(next_low);
+      next_low = (bucket + 1) * width_;
+    }
   }
-  if (size() > ring_start_.back()) ring_start_.push_back(size());
+  if (size() > ring_start_.back()) {
+    ring_start_.push_back(size());
+    ring_low_.push_back(next_low);
+  }
   for (int v : order_) distance_[v] = far;
   link_region<true>(weights.of_link.data());
 }
@@ -116,8 +127,14 @@ void Region::link_region(const std::uint32_t* weights) {
   farthest_.resize(n);
   std::size_t entries = 0;
   for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
-  if (near_.size() < entries) near_.resize(entries + entries / 4);
-  if (weighted && weight_.size() < near_.size()) weight_.resize(near_.size());
+  const auto make_room = [&](auto& list) {
+    if (list.size() >= entries) return;
+    list = {};  // never both at once
+    list.shrink_to_fit();
+    list.resize(entries + entries / 8);
+  };
+  make_room(near_);
+  if constexpr (weighted) make_room(weight_);
   start_[0] = 0;
   for (int ring = 0; ring < rings(); ++ring)
     for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)

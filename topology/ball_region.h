@@ -35,6 +35,12 @@ class Region {
   void grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights);
 
   int size() const { return static_cast<int>(order_.size()); }
+  /// How many vertices from the first on hold all that lie within `distance` of the patch (hops, or quanta).
+  int size_within(std::uint32_t distance) const {
+    int ring = rings();
+    while (ring > 0 && ring_low_[ring - 1] > distance) --ring;
+    return ring_start_[ring];
+  }
   int rings() const { return static_cast<int>(ring_start_.size()) - 1; }
   int ring_start(int ring) const { return ring_start_[ring]; }
   int patch() const { return patch_; }
@@ -61,6 +67,7 @@ class Region {
 
   const BallMesh& mesh_;
   std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_, same_, later_;
+  std::vector<std::uint32_t> ring_low_;  ///< no vertex of a ring is nearer to the patch
   std::vector<std::uint32_t> weight_, same_weight_, later_weight_;
   std::vector<OwnCells> own_;
   std::vector<std::uint32_t> distance_;  ///< of each vertex from the patch; far but while a search runs

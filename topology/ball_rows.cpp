@@ -207,7 +207,7 @@ HWY_INLINE void turn_lanes(std::uint64_t changed, std::uint64_t begins, const do
   }
 }
 
-void LaneSums(const SumInput& input, int radii, const std::uint64_t* const* masks, double* sums) {
+void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* sums) {
   constexpr int chunk = 32;
   const Doubles d;
   std::memset(sums, 0, sizeof(double) * static_cast<std::size_t>(radii) * lanes * sum_slots);
@@ -224,20 +224,24 @@ void LaneSums(const SumInput& input, int radii, const std::uint64_t* const* mask
       }
       hn::Store(sum, d, prefix + k);
     }
-    for (int q = 0; q < radii; ++q)
-      for (int c = 0; c < count; ++c) {
-        const std::uint64_t* mask = masks[q] + static_cast<std::ptrdiff_t>(begin + c) * mask_words;
+    // Runs that begin at vertex 0 do so at a prefix of nothing.
+    for (int q = 0; q < radii; ++q) {
+      const int from = masks[q].inside > begin ? masks[q].inside - begin : begin == 0 ? 1 : 0;
+      const int past = masks[q].end + 1 - begin < count ? masks[q].end + 1 - begin : count;
+      for (int c = from; c < past; ++c) {
+        const std::uint64_t* mask = masks[q].masks + static_cast<std::ptrdiff_t>(begin + c) * mask_words;
         for (int w = 0; w < mask_words; ++w) {
-          const std::uint64_t before = begin + c > 0 ? mask[w - mask_words] : 0;
+          const std::uint64_t before = mask[w - mask_words];
           if (mask[w] != before)
             turn_lanes(mask[w] ^ before, mask[w], rows + c * sum_slots,
                        sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
         }
       }
+    }
   }
   for (int q = 0; q < radii && input.size > 0; ++q)
     for (int w = 0; w < mask_words; ++w)
-      turn_lanes(masks[q][static_cast<std::ptrdiff_t>(input.size - 1) * mask_words + w], 0, prefix,
+      turn_lanes(masks[q].masks[static_cast<std::ptrdiff_t>(input.size - 1) * mask_words + w], 0, prefix,
                  sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
 }
 
@@ -271,7 +275,7 @@ std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t li
   return HWY_DYNAMIC_DISPATCH(LengthMasks)(rows, size, limit, slack, word, masks);
 }
 
-void lane_sums(const SumInput& input, int radii, const std::uint64_t* const* masks, double* sums) {
+void lane_sums(const SumInput& input, int radii, const MaskRange* masks, double* sums) {
   HWY_DYNAMIC_DISPATCH(LaneSums)(input, radii, masks, sums);
 }
 

@@ -51,7 +51,7 @@ void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty)
 /// The same for lengths of up to 32 sources from `first` on; far is 2^31.
 void length_rows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty);
 
-/// Bit l of masks[2 i ..] says whether row i has a value <= limit at lane l.
+/// Bit l of masks[2 i ..] says whether row i has a value <= limit at lane l, of the first `size` rows.
 void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks);
 /// Bits of 32 lanes, into word `word` of each mask of four 32-bit words. `close`: the lanes where any value
 /// lies in (limit - slack, limit + slack].
@@ -65,9 +65,14 @@ struct SumInput {
   const OwnCells* own;
   double origin[3];
 };
+/// One radius' masks: all alike before vertex `inside`, all zero from `end` on.
+struct MaskRange {
+  const std::uint64_t* masks;
+  int inside, end;
+};
 /// Sums over the vertices of each lane's mask, for `radii` sets of masks: sums[q][l] is a row of `sum_slots`.
 /// Abel's way: prefix sums over the order, taken where runs of a mask begin and end.
-void lane_sums(const SumInput& input, int radii, const std::uint64_t* const* masks, double* sums);
+void lane_sums(const SumInput& input, int radii, const MaskRange* masks, double* sums);
 
 /// Names of the instruction sets that this machine has, best first, and a way to force one of them in tests
 /// ("" gives the choice back).

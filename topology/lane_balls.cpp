@@ -26,6 +26,7 @@ class Aligned {
  public:
   T* at_least(std::size_t count) {
     if (count > count_) {
+      data_.reset();  // never both at once
       data_.reset(static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t(128))));
       count_ = count;
     }
@@ -165,9 +166,16 @@ class PatchBalls {
     return masks_[q].data() + mask_words;
   }  ///< of vertex 0; before it: outside
 
-  void make_masks() {
+  /// The masks of radius q reach as far as `distance` from the patch; beyond they are zero.
+  void make_masks(const std::vector<std::uint32_t>& distances) {
     const std::size_t words = (static_cast<std::size_t>(region_.size()) + 1) * mask_words;
-    for (auto& mask : masks_) std::fill_n(mask.at_least(words), mask_words, 0);
+    end_.resize(masks_.size());
+    for (std::size_t q = 0; q < masks_.size(); ++q) {
+      end_[q] = region_.size_within(distances[q]);
+      std::uint64_t* mask = masks_[q].at_least(words);
+      std::fill_n(mask, mask_words, 0);
+      std::fill(mask + (static_cast<std::size_t>(end_[q]) + 1) * mask_words, mask + words, 0);
+    }
     dirty_.resize(static_cast<std::size_t>(region_.size()));
   }
 
@@ -175,11 +183,14 @@ class PatchBalls {
     const int most = *std::max_element(job_.hop_limits.begin(), job_.hop_limits.end());
     const int depth = std::min(most, most_hops);
     region_.grow_by_hops(sources_, count_, depth);
-    make_masks();
+    reaches_.clear();
+    for (int limit : job_.hop_limits)
+      reaches_.push_back(static_cast<std::uint32_t>(std::min(limit, most_hops)));
+    make_masks(reaches_);
     std::uint8_t* rows = rows_.at_least(static_cast<std::size_t>(region_.size()) * lanes);
     hop_rows(region_.view(), rows, dirty_.data());
     for (std::size_t q = 0; q < masks_.size(); ++q)
-      hop_masks(rows, region_.size(), std::min(job_.hop_limits[q], most_hops), masks(q));
+      hop_masks(rows, end_[q], std::min(job_.hop_limits[q], most_hops), masks(q));
     if (most <= most_hops) return;
     // More hops than a byte holds: good enough where the surface ends before that.
     const bool ends = region_.rings() <= depth;
@@ -191,35 +202,36 @@ class PatchBalls {
   void grow_lengths() {
     const std::uint32_t farthest = *std::max_element(job_.length_limits.begin(), job_.length_limits.end());
     region_.grow_by_length(sources_, count_, farthest + job_.length_slack, job_.link_weights);
-    make_masks();
+    reaches_.clear();
+    for (std::uint32_t limit : job_.length_limits) reaches_.push_back(limit + job_.length_slack);
+    make_masks(reaches_);
     auto* rows = reinterpret_cast<std::uint32_t*>(
         rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
     for (int first = 0; first < lanes; first += length_lanes) {
       if (first < count_) length_rows(region_.view(), first, rows, dirty_.data());
       for (std::size_t q = 0; q < masks_.size(); ++q) {
         if (first >= count_) {
-          for (std::ptrdiff_t i = 0; i < region_.size(); ++i)
+          for (std::ptrdiff_t i = 0; i < end_[q]; ++i)
             reinterpret_cast<std::uint32_t*>(masks(q) + i * mask_words)[first / length_lanes] = 0;
           continue;
         }
         const std::uint32_t limit = job_.length_limits[q], slack = std::min(job_.length_slack, limit);
-        const std::uint64_t close =
-            length_masks(rows, region_.size(), limit, slack, first / length_lanes, masks(q));
+        const std::uint64_t close = length_masks(rows, end_[q], limit, slack, first / length_lanes, masks(q));
         undecided_[first / 64] |= close << (first % 64);
       }
     }
   }
 
   void add_up() {
-    std::vector<const std::uint64_t*> masks_of;
-    for (std::size_t q = 0; q < masks_.size(); ++q) masks_of.push_back(masks(q));
+    ranges_.clear();
+    for (std::size_t q = 0; q < masks_.size(); ++q) ranges_.push_back({masks(q), common_inside(q), end_[q]});
     const Vec3 origin = mesh_.position(sources_[0]);
     const SumInput input{region_.size(),
                          region_.order().data(),
                          &mesh_.points[0].x,
                          region_.own().data(),
                          {origin.x(), origin.y(), origin.z()}};
-    lane_sums(input, static_cast<int>(masks_.size()), masks_of.data(),
+    lane_sums(input, static_cast<int>(masks_.size()), ranges_.data(),
               sums_.at_least(masks_.size() * lanes * sum_slots));
   }
 
@@ -236,15 +248,17 @@ class PatchBalls {
   /// Both concern only vertices with a neighbour outside of some ball: most have all theirs in all balls, or
   /// are in none. All radii of one vertex after the other, while its neighbours are at hand.
   void correct_sums() {
-    inner_.clear();
-    for (std::size_t q = 0; q < masks_.size(); ++q) inner_.push_back(common_inside(q));
-    const int innermost = *std::min_element(inner_.begin(), inner_.end());
+    int innermost = region_.size(), outermost = 0;
+    for (const MaskRange& range : ranges_) {
+      innermost = std::min(innermost, range.inside);
+      outermost = std::max(outermost, range.end);
+    }
     const RegionView view = region_.view();
-    for (int i = 0; i < region_.size(); ++i) {
+    for (int i = 0; i < outermost; ++i) {
       const int farthest = region_.farthest()[i];
       if (farthest < innermost) continue;
-      for (std::size_t q = 0; q < masks_.size(); ++q)
-        if (farthest >= inner_[q]) correct_at(view, q, i);
+      for (std::size_t q = 0; q < ranges_.size(); ++q)
+        if (farthest >= ranges_[q].inside && i < ranges_[q].end) correct_at(view, q, i);
     }
   }
 
@@ -271,7 +285,7 @@ class PatchBalls {
     std::uint64_t full[mask_words];
     for (int w = 0; w < mask_words; ++w) full[w] = mask[w];
     int i = 0;
-    while (i < region_.size() && mask[mask_words * static_cast<std::ptrdiff_t>(i)] == full[0] &&
+    while (i < end_[q] && mask[mask_words * static_cast<std::ptrdiff_t>(i)] == full[0] &&
            mask[mask_words * static_cast<std::ptrdiff_t>(i) + 1] == full[1])
       ++i;
     for (int l = 0; l < count_ && i > 0; ++l)
@@ -388,7 +402,9 @@ class PatchBalls {
   std::vector<std::uint8_t> dirty_;
   std::vector<Aligned<std::uint64_t>> masks_;
   Aligned<double> sums_;
-  std::vector<int> inner_;  ///< of each radius, how many vertices from the first on are in all balls
+  std::vector<MaskRange> ranges_;
+  std::vector<int> end_;                ///< of each radius: no vertex from there on is in any ball
+  std::vector<std::uint32_t> reaches_;  ///< of each radius, from the patch
   std::vector<CutTask> tasks_;
   std::uint64_t undecided_[mask_words] = {};
 };

@@ -20,7 +20,7 @@ struct ApproachParams {
   double limits_precision = 10;
   double tolerance_m = 0.0005;
   double closing_tolerance_m = 0.003;
-  double wrap_clearance_m = 0.003;
+  double wrap_clearance_m = 0.002;
   std::string search = "gauss_newton";
   double base_speed_m_s = 0.25;
   double base_turn_rad_s = 1;

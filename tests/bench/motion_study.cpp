@@ -107,7 +107,7 @@ Object placed_object(const std::string& name, const geometry::TriangleMesh& mesh
   const auto scores = stages::score({}, run, even, balls);
   Object object{name, geometry::build_distance_field(mesh, {.cells = 64, .pad_m = 0.04, .refine = 3}), {}};
   stages::PlaceParams params;
-  params.min_blocked_share = 0.5;
+  params.min_blocked_share = 0;
   params.max_per_candidate = 2;
   params.max_grasps = 16;
   params.measures = false;
@@ -274,7 +274,8 @@ struct Study {
     Pose X_OS = grasp.X_OH;
     X_OS.translation() += 0.3 * direction(engine);
     X_OS.linear() = motion::exponential(0.8 * uniform(engine) * direction(engine)) * X_OS.linear();
-    VectorXd at_grasp, at_start;
+    VectorXd at_grasp, at_start, q_rest = armed.body.open_rad;
+    q_rest.tail(open.size()) = open;
     if (arm) {
       for (int k = 0; k < 8 && at_start.size() == 0; ++k) {
         const double angle = 2 * M_PI * (k + uniform(engine)) / 8;
@@ -283,7 +284,7 @@ struct Study {
         X_OB.linear() << -away, Vec3::UnitZ().cross(-away), Vec3::UnitZ();
         X_OB.translation() = 0.55 * away - Vec3(0, 0, 0.15);
         p->mover = std::make_unique<Mover>(Mover::standing(armed.body, X_OB));
-        motion::Prover prover(*p->mover, p->obstacles);
+        motion::Prover prover(*p->mover, p->obstacles, motion::self_pairs(armed.body, q_rest));
         const auto there =
             motion::reach(*p->mover, armed, prover, p->obstacles, grasp.X_OH, open, {.tries = 4});
         if (there.outcome != motion::Reach::reached) continue;
