@@ -78,4 +78,11 @@ void Console::ended(const pipeline::SlotResult& result, std::size_t ended, std::
   if (result.state == SlotState::hit) bar();
 }
 
+std::string quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_of(" '\"$*?[]\\|&;()<>`\n") == std::string::npos) return word;
+  std::string text = "'";
+  for (char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
 }  // namespace geocage::cli

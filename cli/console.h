@@ -7,6 +7,9 @@
 
 namespace geocage::cli {
 
+/// A word as a shell takes it.
+std::string quoted(const std::string& word);
+
 /// Shows a run on stderr: a line that redraws itself on a terminal, plain lines otherwise, nothing when
 /// quiet.
 class Console : public pipeline::Watcher {

@@ -73,13 +73,6 @@ int exit_code(const reports::Counts& counts) {
   return counts.done == counts.in ? 0 : 1;
 }
 
-std::string quoted(const std::string& word) {
-  if (!word.empty() && word.find_first_of(" '\"$*?[]\\|&;()<>`\n") == std::string::npos) return word;
-  std::string text = "'";
-  for (char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
 /// A path that means the same in every folder; other words as they are.
 std::string anywhere(const std::string& word) {
   std::error_code ignored;
@@ -154,6 +147,7 @@ int run(const Shared& shared, const RunOptions& options) {
   Opened opened(shared, options);
   if (options.dry_run) return dry_run(shared, opened, options.wish);
   opened.store.sweep_scratch();
+  pipeline::sweep_worker_scratch();
   RunSummary summary;
   {
     const MutedStdout muted;

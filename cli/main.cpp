@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "cli/help_texts.h"
 #include "cli/parameters.h"
 
@@ -16,10 +17,18 @@ namespace {
 
 constexpr int exit_configuration = 2, exit_store = 5, exit_bug = 70, exit_interrupted = 130;
 
-// Whatever a run has published stays; the store needs no unlocking (docs/store.md).
+std::string farewell;  ///< made before it is needed: a handler of signals must not allocate
+
+/// This command line, for a shell.
+std::string command_line(int argc, char** argv) {
+  std::string text;
+  for (int i = 0; i < argc; ++i) text += (i > 0 ? " " : "") + quoted(argv[i]);
+  return text;
+}
+
+// Whatever a run has published stays; the store needs no unlocking (docs/store.md), and workers die with it.
 void interrupted(int) {
-  constexpr char text[] = "\ngeocage: interrupted; the same command goes on from here\n";
-  [[maybe_unused]] const auto written = write(STDERR_FILENO, text, sizeof text - 1);
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, farewell.data(), farewell.size());
   _exit(exit_interrupted);
 }
 
@@ -255,6 +264,9 @@ int guarded_main(int argc, char** argv) {
 }  // namespace geocage::cli
 
 int main(int argc, char** argv) {
+  using namespace geocage::cli;
+  farewell = "\ngeocage: interrupted; what was made stays, and the same command goes on from here:\n  " +
+             command_line(argc, argv) + "\n";
   signal(SIGINT, geocage::cli::interrupted);
   signal(SIGTERM, geocage::cli::interrupted);
   return geocage::cli::guarded_main(argc, argv);

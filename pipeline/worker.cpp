@@ -11,10 +11,12 @@
 #include <fstream>
 #include <new>
 #include <system_error>
+#include <vector>
 
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -57,16 +59,29 @@ class Pipe {
 
 constexpr int exit_user_error = 40, exit_memory = 41, exit_exception = 42, exit_system = 43;
 
-/// A scratch folder that goes with its scope.
+constexpr const char* scratch_name = "geocage-worker-";
+
+/// Opens a folder and locks it, as whoever works in it does: the kernel lets go when the last process of it
+/// dies. -1 when another one works in it.
+int locked(const fs::path& folder) {
+  const int handle = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (handle >= 0 && flock(handle, LOCK_EX | LOCK_NB) == 0) return handle;
+  if (handle >= 0) close(handle);
+  return -1;
+}
+
+/// A scratch folder that goes with its scope; sweep_worker_scratch removes what a killed process left.
 class Scratch {
  public:
   Scratch() {
-    std::string pattern = (fs::temp_directory_path() / "geocage-worker-XXXXXX").string();
+    std::string pattern = (fs::temp_directory_path() / (scratch_name + std::string("XXXXXX"))).string();
     if (!mkdtemp(pattern.data())) throw std::system_error(errno, std::generic_category(), pattern);
     path_ = pattern;
+    lock_ = locked(path_);
     fs::create_directory(path_ / "value");
   }
   ~Scratch() {
+    if (lock_ >= 0) close(lock_);
     std::error_code ignored;
     fs::remove_all(path_, ignored);
   }
@@ -77,6 +92,7 @@ class Scratch {
 
  private:
   fs::path path_;
+  int lock_ = -1;
 };
 
 std::uint64_t virtual_memory_bytes() {
@@ -211,6 +227,23 @@ End wait_for(pid_t child, double seconds, const Pipe& pipe, const HowFar& hear) 
 std::string_view word(Loss loss) {
   constexpr std::string_view words[] = {"crash", "timeout", "out_of_memory", "exception"};
   return words[static_cast<int>(loss)];
+}
+
+void sweep_worker_scratch() {
+  std::error_code error;
+  const auto old =
+      fs::file_time_type::clock::now() - std::chrono::minutes(1);  // a new one may not be locked yet
+  std::vector<fs::path> left;
+  for (fs::directory_iterator it(fs::temp_directory_path(), error), end; !error && it != end;
+       it.increment(error))
+    if (it->path().filename().string().starts_with(scratch_name)) left.push_back(it->path());
+  for (const auto& folder : left) {
+    if (fs::last_write_time(folder, error) > old || error) continue;
+    const int lock = locked(folder);
+    if (lock < 0) continue;
+    fs::remove_all(folder, error);
+    close(lock);
+  }
 }
 
 void tell_how_far(std::size_t done, std::size_t total) {

@@ -68,6 +68,17 @@ void geocage_killed(const std::vector<std::string>& arguments, int milliseconds)
   waitpid(child, nullptr, 0);
 }
 
+Ended geocage_interrupted(const std::vector<std::string>& arguments, int milliseconds) {
+  const ScratchFolder folder;
+  const pid_t child = start(arguments, {}, folder.path());
+  usleep(static_cast<useconds_t>(milliseconds) * 1000);
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"),
+          text_of(folder / "err")};
+}
+
 Ended geocage_with_workers_killed(const std::vector<std::string>& arguments, int kills, int pause_ms,
                                   unsigned seed) {
   const ScratchFolder folder;

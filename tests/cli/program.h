@@ -16,6 +16,9 @@ Ended geocage(const std::vector<std::string>& arguments, const std::vector<std::
 /// Starts it and kills it after `milliseconds` (SIGKILL).
 void geocage_killed(const std::vector<std::string>& arguments, int milliseconds);
 
+/// Starts it and interrupts it (SIGINT) after `milliseconds`.
+Ended geocage_interrupted(const std::vector<std::string>& arguments, int milliseconds);
+
 /// Runs it to its end, and kills (SIGKILL) `kills` of its child processes meanwhile, one at a time with random
 /// pauses of at most `pause_ms`.
 Ended geocage_with_workers_killed(const std::vector<std::string>& arguments, int kills, int pause_ms,

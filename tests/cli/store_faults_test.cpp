@@ -75,6 +75,17 @@ TEST_F(StoreFaults, WorkersKilledAtRandomMoments) {
   EXPECT_EQ(geocage({"verify", "--store", (folder_ / "hurt").string()}).code, 0);
 }
 
+// Under load the run may end, or not have begun, by then: an answer of 130 is looked for a few times.
+TEST_F(StoreFaults, InterruptedSaysHowToGoOn) {
+  Ended ended;
+  for (int ms = 300; ms < 5000 && ended.code != 130; ms *= 2)
+    ended = geocage_interrupted(arguments("broken_off"), ms);
+  ASSERT_EQ(ended.code, 130);
+  EXPECT_NE(ended.err.find("goes on from here:\n  "), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("run " + flow_.string() + " --json"), std::string::npos) << ended.err;
+  EXPECT_EQ(geocage({"verify", "--store", (folder_ / "broken_off").string()}).code, 0);
+}
+
 TEST_F(StoreFaults, TwoRunsAtOnceMakeEachStageOnce) {
   std::map<std::string, int> made;
   std::mutex mutex;
