@@ -223,9 +223,11 @@ std::vector<std::string> details_of(const json& entry) {
     for (const json& one : entry["loosening"])
       lines.push_back(fmt::format("finger {} may open by a share of {}", one["finger"].get<std::string>(),
                                   level_text(one["share"], "")));
+  if (entry["self_check"]["trials"] == 0) return lines;
   lines.push_back("self-check: half step " + entry["self_check"]["agree_at_half_step"].dump() + " of " +
                   entry["self_check"]["trials"].dump() + ", twice the iterations " +
-                  entry["self_check"]["agree_with_twice_iterations"].dump());
+                  entry["self_check"]["agree_with_twice_iterations"].dump() + " of " +
+                  entry["self_check"]["trials"].dump());
   for (const json& line : entry["self_check"]["disagreements"]) lines.push_back(line.get<std::string>());
   return lines;
 }

@@ -88,7 +88,7 @@ json read_json(const std::filesystem::path& file) {
     throw UserError(Fault::input, file.string(), "this file can't be read");
   try {
     return json::parse(in);
-  } catch (const json::parse_error& error) {
+  } catch (const json::exception& error) {
     throw UserError(Fault::input, file.string(), std::string("not JSON: ") + error.what());
   }
 }

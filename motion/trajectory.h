@@ -41,7 +41,7 @@ std::string csv_of(const Trajectory& trajectory);
 /// (central differences, 0 at the ends) and times; a floating base as `multi_dof_joint_trajectory`.
 std::string joint_trajectory_of(const Trajectory& trajectory);
 
-/// "trajectories": trajectory_<i>.json, and of planned ones trajectory_<i>.csv and trajectory_<i>_ros.yaml.
+/// "trajectories": trajectory_N.json, and of planned ones trajectory_N.csv and trajectory_N_ros.yaml.
 std::string_view artefact_kind(const TrajectorySet*);
 void save_artefact(const TrajectorySet& set, const std::filesystem::path& dir);
 void load_artefact(TrajectorySet& set, const std::filesystem::path& dir);

@@ -34,7 +34,11 @@ class Draughtsman {
               const std::string& legend = "") const {
     const Studio studio(std::move(parts));
     const std::string file = prefix_ + "-" + name + ".png";
-    (frugal_ ? write_indexed_png : write_png)(folder_ / file, studio.picture(clearest_view(studio, up_)));
+    const View view = clearest_view(studio, up_);
+    if (frugal_)
+      write_indexed_png(folder_ / file, studio.picture(view, {.width = 480, .height = 360}));
+    else
+      write_png(folder_ / file, studio.picture(view));
     return {file, std::move(title), std::move(caption) + floor_note(studio) + legend};
   }
 

@@ -361,13 +361,13 @@ class Writer {
     return told;
   }
 
-  /// A picture of 144 x 108, named after what it shows: one that is there needs not be drawn again.
+  /// A picture of 128 x 96, named after what it shows: one that is there needs not be drawn again.
   std::string small_picture(const PairResults& pair, std::size_t i, std::size_t index) {
     const hands::Hand* hand = hand_of(pair);
     const hands::Grasp& grasp = pair.grasps->grasps[i];
     if (!pair.scores || pair.scores->mesh.triangles.empty() || !hand || hand->net || grasp.joints_rad.empty()) return "";
     const std::string made_of = pair.input.grasps.filename().string();
-    const std::string name = fmt::format("small-{}-{}.png", made_of.size() >= 32 ? made_of.substr(0, 20)
+    const std::string name = fmt::format("small-{}-{}-128.png", made_of.size() >= 32 ? made_of.substr(0, 20)
                                                                                   : std::to_string(index + 1),
                                          i);
     const fs::path file = folder_ / "pictures" / name;
@@ -380,7 +380,7 @@ class Writer {
       const std::vector<double> plain(mesh.vertices.size());
       const Studio studio({coloured_surface(mesh, scored ? values : plain, sequential_scale(values)),
                            hand_part(*hand, grasp.X_OH, q)});
-      write_indexed_png(file, studio.picture(clearest_view(studio, pair.up_O()), {.width = 144, .height = 108}));
+      write_indexed_png(file, studio.picture(clearest_view(studio, pair.up_O()), {.width = 128, .height = 96}));
     }
     return "pictures/" + name;
   }

@@ -53,8 +53,10 @@ Outcome mujoco_pull(const Settings& settings, const physics::LockedHand& locked,
     if (i % look == 0 && (locked.escape.gone(X) ||
                           (locked.escape.beside(X) && locked.escape.straight_way_out(X))))
       return Outcome::lost;
-    resting = world.speed_m_s() < protocol.rest_speed_m_s ? resting + 1 : 0;
-    if (resting * dt >= 2 * protocol.rest_s) break;
+    const bool rests =
+        world.speed_m_s() < protocol.rest_speed_m_s && world.spin_rad_s() < protocol.rest_spin_rad_s;
+    resting = rests ? resting + 1 : 0;
+    if (resting * dt >= protocol.rest_s) break;
   }
   return Outcome::held;
 }

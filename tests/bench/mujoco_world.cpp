@@ -190,6 +190,11 @@ double MujocoWorld::speed_m_s() const {
   return Vec3(v[0], v[1], v[2]).norm();
 }
 
+double MujocoWorld::spin_rad_s() const {
+  const mjtNum* v = data_->qvel + model_->body_dofadr[body_] + 3;
+  return Vec3(v[0], v[1], v[2]).norm();
+}
+
 double MujocoWorld::penetration_m() const {
   double deepest = 0;
   for (int i = 0; i < data_->ncon; ++i) deepest = std::max<double>(deepest, -data_->contact[i].dist);

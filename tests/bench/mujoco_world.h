@@ -42,6 +42,7 @@ class MujocoWorld {
 
   geometry::Pose X_WO() const;
   double speed_m_s() const;
+  double spin_rad_s() const;
   double penetration_m() const;
   bool finite() const;
   const std::string& xml() const { return xml_; }

@@ -1,7 +1,8 @@
-// big_report FOLDER VIEWER: a report of 1,000 grasps on 50 objects from made-up artefacts of real size and roughness, to measure bytes and
+// big_report FOLDER VIEWER [OBJECTS]: a report of 1,000 grasps on 50 objects from made-up artefacts of real size and roughness, to measure bytes and
 // opening time (big.mjs). Not a result of anything.
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -21,7 +22,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int objects = 50, grasps_each = 20;
+constexpr int grasps_each = 20;
 
 /// A torus with 4 to 7 thousand vertices, as rough as a reconstruction: neither positions nor fields are smooth to the last bit.
 topology::Scores scores_of(int k, std::mt19937& random) {
@@ -120,12 +121,13 @@ json evaluations_of(const char* schema, std::mt19937& random) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return std::fprintf(stderr, "big_report FOLDER VIEWER\n"), 2;
+  if (argc < 3) return std::fprintf(stderr, "big_report FOLDER VIEWER [OBJECTS]\n"), 2;
+  const int objects = argc > 3 ? std::atoi(argv[3]) : 50;
   const fs::path folder = argv[1];
   fs::remove_all(folder);
   std::mt19937 random(1);
   reports::ReportInput input;
-  input.title = "made up: 1,000 grasps on 50 objects";
+  input.title = fmt::format("made up: {} grasps on {} objects", objects * grasps_each, objects);
   input.viewer = argv[2];
   input.hands = {hands::load_hand("schunk_sdh")};
   input.counts = {objects, objects, 0, 0, 0};

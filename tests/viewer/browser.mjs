@@ -167,7 +167,7 @@ const flat = await openPage(blind, 1280, address + graspHash);
 expect('without WebGL a picture is shown', await flat.evaluate(async () => {
   const image = document.querySelector('.stage.flat img');
   await image.decode();
-  return image.naturalWidth >= 140;
+  return image.naturalWidth >= 128;
 }));
 await flat.screenshot({ path: join(pictures, 'grasp-without-webgl-1280.png') });
 await blind.close();
