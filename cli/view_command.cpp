@@ -38,13 +38,20 @@ topology::Scores read_scores(const fs::path& file) {
   topology::Scores scores;
   std::vector<geometry::VertexField> columns;
   scores.mesh = geometry::read_own_ply(file, &columns);
-  const auto whole = [](const std::vector<double>& values) { return std::vector<int>(values.begin(), values.end()); };
+  const auto whole = [](const std::vector<double>& values) {
+    return std::vector<int>(values.begin(), values.end());
+  };
   for (auto& column : columns) {
-    if (column.name == "winding_angle_rad") scores.ball.winding_angle_rad = std::move(column.values);
-    else if (column.name == "curvature_sum_rad") scores.ball.curvature_sum_rad = std::move(column.values);
-    else if (column.name == "observed") scores.mesh.observed = std::move(column.values);
-    else if (column.name == "ball_vertices") scores.ball.ball_vertices = whole(column.values);
-    else if (column.name == "euler") scores.ball.euler = whole(column.values);
+    if (column.name == "winding_angle_rad")
+      scores.ball.winding_angle_rad = std::move(column.values);
+    else if (column.name == "curvature_sum_rad")
+      scores.ball.curvature_sum_rad = std::move(column.values);
+    else if (column.name == "observed")
+      scores.mesh.observed = std::move(column.values);
+    else if (column.name == "ball_vertices")
+      scores.ball.ball_vertices = whole(column.values);
+    else if (column.name == "euler")
+      scores.ball.euler = whole(column.values);
   }
   return scores;
 }
@@ -196,11 +203,13 @@ int view(const Shared& shared, const ViewOptions& options) {
     input.viewer = viewer_folder();
     input.hands = shelf.hands;
     input.run = {{"geocage", GEOCAGE_VERSION}};
-    reports::write_viewer(input, shelf.pairs, std::vector<std::vector<reports::Figure>>(shelf.pairs.size()), out);
+    reports::write_viewer(input, shelf.pairs, std::vector<std::vector<reports::Figure>>(shelf.pairs.size()),
+                          out);
     page = reports::write_single_file(out);
   } else {
-    fmt::print(stderr, "geocage: there is no page, its scripts were not built (node, npm or the network was "
-                       "missing); a glTF viewer opens the models\n");
+    fmt::print(stderr,
+               "geocage: there is no page, its scripts were not built (node, npm or the network was "
+               "missing); a glTF viewer opens the models\n");
   }
   if (shared.json)
     fmt::print("{}\n", json{{"schema", "geocage-view 1"},

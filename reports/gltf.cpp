@@ -32,8 +32,7 @@ json quaternion(const Pose& pose) {
 
 std::string attribute_of(const std::string& name) {
   std::string attribute = "_";
-  for (const unsigned char c : name)
-    attribute += std::isalnum(c) ? static_cast<char>(std::toupper(c)) : '_';
+  for (const unsigned char c : name) attribute += std::isalnum(c) ? static_cast<char>(std::toupper(c)) : '_';
   return attribute;
 }
 
@@ -199,7 +198,9 @@ int Gltf::add_floats(const std::vector<float>& values, int width, bool with_rang
   json accessor = {{"bufferView", add_view(start, 0, 0)},
                    {"componentType", float_type},
                    {"count", values.size() / width},
-                   {"type", width == 1 ? "SCALAR" : width == 3 ? "VEC3" : "VEC4"}};
+                   {"type", width == 1   ? "SCALAR"
+                            : width == 3 ? "VEC3"
+                                         : "VEC4"}};
   if (with_range) accessor["min"] = {values.front()}, accessor["max"] = {values.back()};
   return add_accessor(accessor);
 }
@@ -221,8 +222,7 @@ void Gltf::add_animation(const std::string& name, const std::vector<double>& tim
     }
     for (const auto& [path, output] : {std::pair{"translation", add_floats(places, 3, false)},
                                        {"rotation", add_floats(turns, 4, false)}}) {
-      channels.push_back(
-          {{"sampler", samplers.size()}, {"target", {{"node", motion.node}, {"path", path}}}});
+      channels.push_back({{"sampler", samplers.size()}, {"target", {{"node", motion.node}, {"path", path}}}});
       samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
     }
   }

@@ -35,7 +35,8 @@ std::vector<GltfField> fields_of(const topology::Scores& scores) {
   const auto& ball = scores.ball;
   std::vector<GltfField> fields;
   const auto add = [&](const char* name, const char* title, const char* unit, std::vector<double> values) {
-    if (values.size() == scores.mesh.vertices.size()) fields.push_back({name, title, unit, std::move(values)});
+    if (values.size() == scores.mesh.vertices.size())
+      fields.push_back({name, title, unit, std::move(values)});
   };
   const auto numbers = [](const std::vector<int>& whole) {
     return std::vector<double>(whole.begin(), whole.end());
@@ -84,7 +85,8 @@ geometry::TriangleMesh link_shape(const hands::Hand& hand, int link) {
       const double latitude = pi / 2 * (lower ? i + 1 - rings : i - rings) / rings;
       for (int j = 0; j < around; ++j) {
         const double angle = 2 * pi * j / around;
-        const Vec3 n = std::cos(latitude) * (std::cos(angle) * x + std::sin(angle) * y) + std::sin(latitude) * z;
+        const Vec3 n =
+            std::cos(latitude) * (std::cos(angle) * x + std::sin(angle) * y) + std::sin(latitude) * z;
         mesh.vertices.push_back((lower ? capsule.a_L : capsule.b_L) + capsule.radius_m * n);
       }
     }
@@ -98,7 +100,8 @@ geometry::TriangleMesh link_shape(const hands::Hand& hand, int link) {
         mesh.triangles.push_back({row + j, row + k, row + k + around});
         mesh.triangles.push_back({row + j, row + k + around, row + j + around});
       }
-      mesh.triangles.push_back({top, first + 1 + (rows - 1) * around + j, first + 1 + (rows - 1) * around + k});
+      mesh.triangles.push_back(
+          {top, first + 1 + (rows - 1) * around + j, first + 1 + (rows - 1) * around + k});
     }
   }
   return mesh;

@@ -34,10 +34,11 @@ PairResults load_pair(const PairInput& input);
 struct Figure {
   std::string file, title, caption;
 };
-/// Scan, scores and best grasp, as far as they are there; `prefix` begins the files' names. `frugal`: a quarter
-/// of the bytes, for reports of many pairs.
+/// Scan, scores and best grasp, as far as they are there; `prefix` begins the files' names. `frugal`: a
+/// quarter of the bytes, for reports of many pairs.
 std::vector<Figure> draw_pair(const PairResults& pair, const std::vector<hands::Hand>& hands,
-                              const std::filesystem::path& folder, const std::string& prefix, bool frugal = false);
+                              const std::filesystem::path& folder, const std::string& prefix,
+                              bool frugal = false);
 
 /// The section of a pair: figures, held rate, null control, grasps, rejected poses.
 std::string pair_section(const PairResults& pair, const std::vector<Figure>& figures, const std::string& id);

@@ -147,7 +147,8 @@ std::string sources(const std::vector<PairInput>& pairs) {
 std::string parameter_rows(const std::vector<ParameterInput>& parameters) {
   std::vector<Row> rows = {{"name", "value", "set by"}};
   for (const auto& parameter : parameters)
-    rows.push_back({escaped(parameter.name), element("code", escaped(parameter.value)), escaped(parameter.from)});
+    rows.push_back(
+        {escaped(parameter.name), element("code", escaped(parameter.value)), escaped(parameter.from)});
   return table(rows, "class=\"text\"");
 }
 
@@ -173,8 +174,7 @@ std::string slot_table(const std::vector<SlotInput>& slots) {
 
 std::string details(const ReportInput& input, const std::vector<PairResults>& pairs) {
   std::string parameters, engines;
-  for (const auto& [slot, list] : input.parameters)
-    parameters += fold(escaped(slot), parameter_rows(list));
+  for (const auto& [slot, list] : input.parameters) parameters += fold(escaped(slot), parameter_rows(list));
   std::set<std::string> told;
   for (const PairResults& pair : pairs)
     if (pair.evaluations)
@@ -195,10 +195,11 @@ std::string footer(const Texts& run) {
 }
 
 std::string no_viewer() {
-  return element("p",
-                 "This report has no 3-D views, no interactive plots and no table to filter and sort: their "
-                 "scripts were not built, because node, npm or the network was missing. Everything else is here.",
-                 "class=\"soft\"");
+  return element(
+      "p",
+      "This report has no 3-D views, no interactive plots and no table to filter and sort: their "
+      "scripts were not built, because node, npm or the network was missing. Everything else is here.",
+      "class=\"soft\"");
 }
 
 std::string page(const ReportInput& input, const std::vector<PairResults>& pairs,
@@ -236,7 +237,8 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
     pairs.push_back(load_pair(input.pairs[i]));
     const std::string prefix =
         fmt::format("{}-{}-{}", i + 1, plain_name(pairs[i].input.object), plain_name(pairs[i].input.hand));
-    figures.push_back(input.pairs[i].drawn ? draw_pair(pairs[i], input.hands, pictures, prefix, input.pairs.size() > many_pairs)
+    figures.push_back(input.pairs[i].drawn ? draw_pair(pairs[i], input.hands, pictures, prefix,
+                                                       input.pairs.size() > many_pairs)
                                            : std::vector<Figure>{});
   }
   std::string scenes;

@@ -28,9 +28,9 @@ struct PairInput {
   bool truth_known = false;  ///< the object's file is its true surface; else it is a scan
   geometry::Vec3 up_O = geometry::Vec3::UnitZ();  ///< of pictures, where the cloud knows no table
   std::filesystem::path cloud, scores, grasps, trajectories, evaluations, cages;
-  std::filesystem::path occupancy, field;  ///< for the 3-D pages alone
-  std::string metric = "hop";              ///< of the balls: "hop" or "dijkstra"
-  std::string base;                        ///< the object without the sweep's levels
+  std::filesystem::path occupancy, field;                   ///< for the 3-D pages alone
+  std::string metric = "hop";                               ///< of the balls: "hop" or "dijkstra"
+  std::string base;                                         ///< the object without the sweep's levels
   std::vector<std::pair<std::string, std::string>> levels;  ///< of the sweep: "scan.sigma_m", "0.001"
 };
 
@@ -83,13 +83,13 @@ struct ReportInput {
   std::vector<FailureInput> failures;
   std::vector<TableInput> tables;  ///< grasps, rates, paired
   std::filesystem::path viewer;    ///< the pages' scripts; empty: not built
-  std::vector<hands::Hand> hands;                         ///< those that pairs name
-  Texts run;  ///< program, host, date, duration: kept out of artefacts
+  std::vector<hands::Hand> hands;  ///< those that pairs name
+  Texts run;                       ///< program, host, date, duration: kept out of artefacts
 };
 
 /// Writes index.html and pictures/ into `folder` (made if it isn't there) and answers the path of index.html.
-/// It needs no network. With `viewer` it is the pages with 3-D views and plots, and the plain page, which needs
-/// no script, is plain.html; without, index.html is the plain page and says what is missing. index.html
+/// It needs no network. With `viewer` it is the pages with 3-D views and plots, and the plain page, which
+/// needs no script, is plain.html; without, index.html is the plain page and says what is missing. index.html
 /// arrives last, by rename. Errors: UserError (store)
 /// for a broken artefact; std::system_error when the folder can't be written.
 std::filesystem::path write_report(const ReportInput& input, const std::filesystem::path& folder);

@@ -103,7 +103,8 @@ json success_by(const TableInput& grasps, const std::vector<std::string>& column
       if (const auto* x = std::get_if<double>(&value))
         entry["value"] = *x;
       else
-        entry["value"] = std::holds_alternative<std::string>(value) ? json(std::get<std::string>(value)) : json();
+        entry["value"] =
+            std::holds_alternative<std::string>(value) ? json(std::get<std::string>(value)) : json();
       list.push_back(entry);
     }
   }
@@ -200,8 +201,8 @@ void add_recordings(const fs::path& folder, std::map<int, json>& of_grasp) {
 }
 
 /// Where the closed hand touches: the same question with the same answer as in `place`.
-json contacts_of(const hands::Hand& hand, const geometry::SignedDistanceField& field, const hands::Grasp& grasp,
-                 const Eigen::VectorXd& q) {
+json contacts_of(const hands::Hand& hand, const geometry::SignedDistanceField& field,
+                 const hands::Grasp& grasp, const Eigen::VectorXd& q) {
   std::vector<Pose> X_HL;
   hands::forward_kinematics(hand.tree, q, X_HL);
   std::vector<hands::PlacedCapsule> placed;
@@ -215,10 +216,11 @@ json contacts_of(const hands::Hand& hand, const geometry::SignedDistanceField& f
 }
 
 /// The ball's section of a candidate, for the picture of its path.
-json section_of(const topology::Scores& scores, const topology::Candidate& candidate, const std::string& metric) {
-  const auto ball = topology::section_of_ball(
-      scores.mesh, candidate.vertex, scores.ball.radius_m,
-      metric == "dijkstra" ? topology::Metric::dijkstra : topology::Metric::hop);
+json section_of(const topology::Scores& scores, const topology::Candidate& candidate,
+                const std::string& metric) {
+  const auto ball =
+      topology::section_of_ball(scores.mesh, candidate.vertex, scores.ball.radius_m,
+                                metric == "dijkstra" ? topology::Metric::dijkstra : topology::Metric::hop);
   json path = json::array();
   for (const Vec3& p : ball.section.path) path.push_back(short_point(p));
   json told = {{"path", path}, {"closed", ball.section.closed}, {"vertices", ball.vertices.size()}};
@@ -274,9 +276,9 @@ class Writer {
   /// Of the first pair with these scores; others name the same file.
   std::string model_of(const PairResults& pair, std::size_t index) {
     if (!pair.scores) return "";
-    auto [known, fresh] = models_.try_emplace(
-        pair.input.scores.empty() ? fs::path(std::to_string(index)) : pair.input.scores,
-        fmt::format("object-{}", index + 1));
+    auto [known, fresh] =
+        models_.try_emplace(pair.input.scores.empty() ? fs::path(std::to_string(index)) : pair.input.scores,
+                            fmt::format("object-{}", index + 1));
     if (fresh)
       put(known->second, object_glb(*pair.scores, pair.cloud ? &*pair.cloud : nullptr, pair.input.occupancy));
     return known->second;
@@ -312,12 +314,9 @@ class Writer {
     const Vec3 up = pair.up_O();
     const json evaluations = document(pair.input.evaluations, "evaluations.json"),
                cages = document(pair.input.cages, "cages.json");
-    json all = {{"up", {up.x(), up.y(), up.z()}},
-                {"evaluation", without_entries(evaluations)},
-                {"cage", without_entries(cages)},
-                {"candidates", candidates(pair)},
-                {"grasps", json::array()},
-                {"rejected", json::object()},
+    json all = {{"up", {up.x(), up.y(), up.z()}}, {"evaluation", without_entries(evaluations)},
+                {"cage", without_entries(cages)}, {"candidates", candidates(pair)},
+                {"grasps", json::array()},        {"rejected", json::object()},
                 {"metric", pair.input.metric}};
     if (!pair.grasps) return all;
     for (const auto& [rule, count] : pair.grasps->rejected) all["rejected"][rule] = count;
@@ -333,7 +332,8 @@ class Writer {
       json& grasp = all["grasps"].emplace_back(grasp_of(pair, i, field ? &*field : nullptr));
       if (const auto test = tests.find(key); test != tests.end()) grasp["evaluation"] = test->second;
       if (const auto test = cage_tests.find(key); test != cage_tests.end()) grasp["cage"] = test->second;
-      if (const auto seen = recordings.find(key); seen != recordings.end()) grasp["recordings"] = seen->second;
+      if (const auto seen = recordings.find(key); seen != recordings.end())
+        grasp["recordings"] = seen->second;
       small.push_back(small_picture(pair, i, index));
     }
     told["pictures"] = small;
@@ -365,11 +365,11 @@ class Writer {
   std::string small_picture(const PairResults& pair, std::size_t i, std::size_t index) {
     const hands::Hand* hand = hand_of(pair);
     const hands::Grasp& grasp = pair.grasps->grasps[i];
-    if (!pair.scores || pair.scores->mesh.triangles.empty() || !hand || hand->net || grasp.joints_rad.empty()) return "";
+    if (!pair.scores || pair.scores->mesh.triangles.empty() || !hand || hand->net || grasp.joints_rad.empty())
+      return "";
     const std::string made_of = pair.input.grasps.filename().string();
-    const std::string name = fmt::format("small-{}-{}-128.png", made_of.size() >= 32 ? made_of.substr(0, 20)
-                                                                                  : std::to_string(index + 1),
-                                         i);
+    const std::string name = fmt::format(
+        "small-{}-{}-128.png", made_of.size() >= 32 ? made_of.substr(0, 20) : std::to_string(index + 1), i);
     const fs::path file = folder_ / "pictures" / name;
     files_.insert("pictures/" + name);
     if (made_of.size() < 32 || !fs::exists(file)) {
@@ -380,7 +380,8 @@ class Writer {
       const std::vector<double> plain(mesh.vertices.size());
       const Studio studio({coloured_surface(mesh, scored ? values : plain, sequential_scale(values)),
                            hand_part(*hand, grasp.X_OH, q)});
-      write_indexed_png(file, studio.picture(clearest_view(studio, pair.up_O()), {.width = 128, .height = 96}));
+      write_indexed_png(file,
+                        studio.picture(clearest_view(studio, pair.up_O()), {.width = 128, .height = 96}));
     }
     return "pictures/" + name;
   }
@@ -418,7 +419,11 @@ class Writer {
     return {{"schema", "geocage-report 1"},
             {"title", input_.title},
             {"counts",
-             {{"in", c.in}, {"done", c.done}, {"failed", c.failed}, {"rejected", c.rejected}, {"skipped", c.skipped}}},
+             {{"in", c.in},
+              {"done", c.done},
+              {"failed", c.failed},
+              {"rejected", c.rejected},
+              {"skipped", c.skipped}}},
             {"run", input_.run},
             {"flow", input_.flow_text},
             {"hands", hands},

@@ -8,7 +8,8 @@
 
 namespace geocage::reports {
 
-/// The pages' scripts beside the program: app.js, scene.js, plots.js, app.css. False when they were not built.
+/// The pages' scripts beside the program: app.js, scene.js, plots.js, app.css. False when they were not
+/// built.
 bool viewer_is_built(const std::filesystem::path& viewer);
 
 /// What the pages load: data/*.js register themselves (`geocage.put(name, text)`), since a page opened from

@@ -1,4 +1,5 @@
-// glTF files against the specification's own words (Khronos' validator and three.js read them in tests/viewer), and what packs them.
+// glTF files against the specification's own words (Khronos' validator and three.js read them in
+// tests/viewer), and what packs them.
 #include "reports/gltf.h"
 
 #include <cmath>
@@ -79,9 +80,11 @@ TEST(Gltf, PositionsAndFieldsComeBackToHalfAStep) {
 TEST(Gltf, ManyVerticesGetWideIndices) {
   for (const auto& [around, type] : {std::pair{250, 5123}, {260, 5125}}) {  // 62,500 and 65,000 and more
     Gltf file;
-    file.add_surface(file.add_node("ring", -1, geometry::Pose::Identity()), datasets::torus(1, 0.1, around, around), {}, {});
+    file.add_surface(file.add_node("ring", -1, geometry::Pose::Identity()),
+                     datasets::torus(1, 0.1, around, around), {}, {});
     const auto [head, binary] = parts_of(file.glb());
-    EXPECT_EQ(head["accessors"][head["meshes"][0]["primitives"][0]["indices"].get<int>()]["componentType"], type);
+    EXPECT_EQ(head["accessors"][head["meshes"][0]["primitives"][0]["indices"].get<int>()]["componentType"],
+              type);
   }
 }
 
@@ -95,11 +98,13 @@ TEST(Gltf, AnimationsTurnTheShortWayRound) {
   const json& animation = head["animations"][0];
   EXPECT_EQ(animation["channels"].size(), 2u);
   const int output = animation["samplers"][animation["channels"][1]["sampler"].get<int>()]["output"];
-  const std::size_t start = head["bufferViews"][head["accessors"][output]["bufferView"].get<int>()]["byteOffset"];
+  const std::size_t start =
+      head["bufferViews"][head["accessors"][output]["bufferView"].get<int>()]["byteOffset"];
   for (int i = 0; i + 1 < 8; ++i) {
     double dot = 0;
     for (int k = 0; k < 4; ++k)
-      dot += number_at<float>(binary, start + 16 * i + 4 * k) * number_at<float>(binary, start + 16 * (i + 1) + 4 * k);
+      dot += number_at<float>(binary, start + 16 * i + 4 * k) *
+             number_at<float>(binary, start + 16 * (i + 1) + 4 * k);
     EXPECT_NEAR(dot, std::cos(0.5), 1e-6);
   }
 }
@@ -112,8 +117,13 @@ TEST(Packed, Base64AsRfc4648Says) {
   const auto of = [](std::string_view text) {
     return base64(std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
   };
-  const std::pair<const char*, const char*> vectors[] = {{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"},
-                                                         {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}};
+  const std::pair<const char*, const char*> vectors[] = {{"", ""},
+                                                         {"f", "Zg=="},
+                                                         {"fo", "Zm8="},
+                                                         {"foo", "Zm9v"},
+                                                         {"foob", "Zm9vYg=="},
+                                                         {"fooba", "Zm9vYmE="},
+                                                         {"foobar", "Zm9vYmFy"}};
   for (const auto& [text, code] : vectors) EXPECT_EQ(of(text), code);
 }
 

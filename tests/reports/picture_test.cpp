@@ -93,10 +93,11 @@ TEST(Picture, PngReadsBackTheSamePixels) {
   std::filesystem::remove(file);
 }
 
-// A coarse cell is 8 wide, so rounding moves a channel by at most 4; the palette's nearest colour of rarer ones is
-// at most some cells away, seldom more than one.
+// A coarse cell is 8 wide, so rounding moves a channel by at most 4; the palette's nearest colour of rarer
+// ones is at most some cells away, seldom more than one.
 TEST(Picture, FewColoursStayNearTheirs) {
-  const Image image = Studio(one(painted(datasets::torus(0.05, 0.02, 48, 24), {0.2, 0.5, 0.9}))).picture({}, small);
+  const Image image =
+      Studio(one(painted(datasets::torus(0.05, 0.02, 48, 24), {0.2, 0.5, 0.9}))).picture({}, small);
   const auto file = std::filesystem::path(testing::TempDir()) / "indexed_test.png";
   write_indexed_png(file, image);
   png_image header{};
@@ -117,7 +118,8 @@ TEST(Picture, FewColoursStayNearTheirs) {
   EXPECT_LE(most, 24);
   EXPECT_LT(sum / static_cast<double>(pixels.size()), 4);
   write_png(file.string() + ".full", image);
-  EXPECT_LT(std::filesystem::file_size(file), 0.5 * static_cast<double>(std::filesystem::file_size(file.string() + ".full")));
+  EXPECT_LT(std::filesystem::file_size(file),
+            0.5 * static_cast<double>(std::filesystem::file_size(file.string() + ".full")));
 }
 
 TEST(Camera, EveryPointIsInsideAndOneTouchesTheBorder) {

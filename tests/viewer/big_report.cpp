@@ -1,5 +1,5 @@
-// big_report FOLDER VIEWER [OBJECTS]: a report of 1,000 grasps on 50 objects from made-up artefacts of real size and roughness, to measure bytes and
-// opening time (big.mjs). Not a result of anything.
+// big_report FOLDER VIEWER [OBJECTS]: a report of 1,000 grasps on 50 objects from made-up artefacts of real
+// size and roughness, to measure bytes and opening time (big.mjs). Not a result of anything.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +24,8 @@ namespace {
 
 constexpr int grasps_each = 20;
 
-/// A torus with 4 to 7 thousand vertices, as rough as a reconstruction: neither positions nor fields are smooth to the last bit.
+/// A torus with 4 to 7 thousand vertices, as rough as a reconstruction: neither positions nor fields are
+/// smooth to the last bit.
 topology::Scores scores_of(int k, std::mt19937& random) {
   std::normal_distribution<double> noise;
   topology::Scores scores;
@@ -33,7 +34,8 @@ topology::Scores scores_of(int k, std::mt19937& random) {
   auto& ball = scores.ball;
   for (auto& p : scores.mesh.vertices) {
     const double side = (std::hypot(p.x(), p.y()) - R) / r;
-    ball.winding_angle_rad.push_back(side > 0.97 ? std::nan("") : 4.7 + 1.5 * side * std::cos(3 * p.x() / R) + 0.05 * noise(random));
+    ball.winding_angle_rad.push_back(
+        side > 0.97 ? std::nan("") : 4.7 + 1.5 * side * std::cos(3 * p.x() / R) + 0.05 * noise(random));
     ball.curvature_sum_rad.push_back(3 * side + 0.1 * noise(random));
     ball.ball_vertices.push_back(600 + static_cast<int>(60 * side + 8 * noise(random)));
     ball.ball_triangles.push_back(1200);
@@ -67,14 +69,19 @@ hands::GraspSet grasps_of(const hands::Hand& hand, std::mt19937& random) {
     grasp.hand = hand.name;
     grasp.heuristic = i % 2 ? "winding" : "curvature";
     const double turn = 6.28 * unit(random);
-    grasp.X_OH = Eigen::AngleAxisd(turn, geometry::Vec3::UnitZ()) * geometry::Pose(Eigen::AngleAxisd(-1.57, geometry::Vec3::UnitY()));
-    grasp.X_OH.translation() = geometry::Vec3(0.2 * std::cos(turn), 0.2 * std::sin(turn), 0.01 * unit(random));
+    grasp.X_OH = Eigen::AngleAxisd(turn, geometry::Vec3::UnitZ()) *
+                 geometry::Pose(Eigen::AngleAxisd(-1.57, geometry::Vec3::UnitY()));
+    grasp.X_OH.translation() =
+        geometry::Vec3(0.2 * std::cos(turn), 0.2 * std::sin(turn), 0.01 * unit(random));
     grasp.X_OH = hands::file_pose(grasp.X_OH);
     const Eigen::VectorXd q = hand.open_rad + (0.5 * unit(random)) * hand.closing_rad;
     grasp.pregrasp_joints_rad = hands::joint_map(hand.tree, hand.open_rad);
-    grasp.joints_rad = hands::joint_map(hand.tree, q.cwiseMax(hand.tree.lower_rad).cwiseMin(hand.tree.upper_rad));
-    for (const char* name : {"rank", "winding_angle_rad", "curvature_sum_rad", "blocked_share", "closure_margin", "contacts", "ferrari_canny_low",
-                             "ferrari_canny_high", "enclosed_share", "contact_wrap_rad", "com_offset_m", "handle_linking", "wrench_volume"})
+    grasp.joints_rad =
+        hands::joint_map(hand.tree, q.cwiseMax(hand.tree.lower_rad).cwiseMin(hand.tree.upper_rad));
+    for (const char* name :
+         {"rank", "winding_angle_rad", "curvature_sum_rad", "blocked_share", "closure_margin", "contacts",
+          "ferrari_canny_low", "ferrari_canny_high", "enclosed_share", "contact_wrap_rad", "com_offset_m",
+          "handle_linking", "wrench_volume"})
       grasp.scores[name] = unit(random);
     grasp.force_closure = "force closure";
     set.grasps.push_back(grasp);
@@ -92,7 +99,8 @@ motion::TrajectorySet ways_of(const hands::GraspSet& grasps, const hands::Hand& 
       const double t = i / 149.0, s = t * t * (3 - 2 * t);
       std::vector<double> q;
       for (const auto& name : way.joints)
-        q.push_back(grasp.pregrasp_joints_rad.at(name) + s * (grasp.joints_rad.at(name) - grasp.pregrasp_joints_rad.at(name)));
+        q.push_back(grasp.pregrasp_joints_rad.at(name) +
+                    s * (grasp.joints_rad.at(name) - grasp.pregrasp_joints_rad.at(name)));
       way.q_rad.push_back(q);
       geometry::Pose X = grasp.X_OH;
       X.translation() += (1 - s) * geometry::Vec3(0.1, 0.05, 0.3);
@@ -108,14 +116,26 @@ json evaluations_of(const char* schema, std::mt19937& random) {
   for (int i = 0; i < grasps_each; ++i) {
     json directions = json::array();
     for (const char* name : {"+x", "-x", "+y", "-y", "+z", "-z"})
-      directions.push_back({{"name", name}, {"held", true}, {"outcome", "held"}, {"max_displacement_m", 0.01 * unit(random)},
-                            {"max_rotation_rad", unit(random)}, {"ended_s", 2 * unit(random)}});
-    list.push_back({{"schema", "geocage-evaluation 1"}, {"grasp", i}, {"engine", {{"name", "none"}}}, {"outcome", unit(random) < 0.7 ? "held" : "lost"}, {"reason", "made up"},
-                    {"drift_m", 0.01 * unit(random)}, {"drift_rad", unit(random)}, {"directions", directions}, {"ring", directions},
-                    {"wrenches", json::array()}, {"escape_search", {{"result", "not found"}}}});
+      directions.push_back({{"name", name},
+                            {"held", true},
+                            {"outcome", "held"},
+                            {"max_displacement_m", 0.01 * unit(random)},
+                            {"max_rotation_rad", unit(random)},
+                            {"ended_s", 2 * unit(random)}});
+    list.push_back({{"schema", "geocage-evaluation 1"},
+                    {"grasp", i},
+                    {"engine", {{"name", "none"}}},
+                    {"outcome", unit(random) < 0.7 ? "held" : "lost"},
+                    {"reason", "made up"},
+                    {"drift_m", 0.01 * unit(random)},
+                    {"drift_rad", unit(random)},
+                    {"directions", directions},
+                    {"ring", directions},
+                    {"wrenches", json::array()},
+                    {"escape_search", {{"result", "not found"}}}});
   }
-  return {{"schema", schema}, {"protocol", "made up"}, {"object_geometry", "truth"}, {"counts", json::object()}, {"controls", json::array()},
-          {"evaluations", list}};
+  return {{"schema", schema},         {"protocol", "made up"},     {"object_geometry", "truth"},
+          {"counts", json::object()}, {"controls", json::array()}, {"evaluations", list}};
 }
 
 }  // namespace
@@ -131,8 +151,11 @@ int main(int argc, char** argv) {
   input.viewer = argv[2];
   input.hands = {hands::load_hand("schunk_sdh")};
   input.counts = {objects, objects, 0, 0, 0};
-  reports::TableInput table{"grasps", {"object", "hand", "variant", "pair_outcome", "grasp", "heuristic", "score_rank", "score_winding_angle_rad",
-                                       "score_curvature_sum_rad", "force_closure", "outcome", "reason", "held"}, {}};
+  reports::TableInput table{
+      "grasps",
+      {"object", "hand", "variant", "pair_outcome", "grasp", "heuristic", "score_rank",
+       "score_winding_angle_rad", "score_curvature_sum_rad", "force_closure", "outcome", "reason", "held"},
+      {}};
   for (int k = 0; k < objects; ++k) {
     const fs::path store = folder / "artefacts" / std::to_string(k);
     const auto dir = [&](const char* name) { return fs::create_directories(store / name), store / name; };
@@ -152,8 +175,10 @@ int main(int argc, char** argv) {
     for (int i = 0; i < grasps_each; ++i) {
       const auto& grasp = grasps.grasps[i];
       const std::string outcome = tests["evaluations"][i]["outcome"];
-      table.rows.push_back({pair.object, pair.hand, "", "done", double(i), grasp.heuristic, grasp.scores.at("rank"), grasp.scores.at("winding_angle_rad"),
-                            grasp.scores.at("curvature_sum_rad"), grasp.force_closure, outcome, "made up", outcome == "held" ? 1.0 : 0.0});
+      table.rows.push_back({pair.object, pair.hand, "", "done", double(i), grasp.heuristic,
+                            grasp.scores.at("rank"), grasp.scores.at("winding_angle_rad"),
+                            grasp.scores.at("curvature_sum_rad"), grasp.force_closure, outcome, "made up",
+                            outcome == "held" ? 1.0 : 0.0});
     }
   }
   input.tables = {table};
