@@ -149,7 +149,8 @@ std::optional<Path> ApproachPlanner::connected(const ApproachGoal& goal, double 
   return found.path;
 }
 
-Path ApproachPlanner::improved(const Path& seed, double collision_precision, ApproachPlan& report) {
+Path ApproachPlanner::improved(const Path& seed, double collision_precision, ApproachPlan& report,
+                               double margin_share) {
   const int T = rule_.steps, n = mover_.dim();
   Path path = respaced(seed, T);
   Problem problem{kinematic(Eigen::MatrixXd::Identity(n, n)), T, path.front(), extra_tasks};
@@ -157,12 +158,13 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
   problem.tasks.push_back(
       limits_task(mover_.lower(), mover_.upper(), constant_precision(T, rule_.limits_precision)));
   std::vector<double> margin;  // fades over the last quarter: the grasp itself is near the surface
-  for (int t = 0; t <= T; ++t) margin.push_back(rule_.margin_m * std::min(1.0, 4 * (1 - double(t) / T)));
+  for (int t = 0; t <= T; ++t)
+    margin.push_back(margin_share * rule_.margin_m * std::min(1.0, 4 * (1 - double(t) / T)));
   problem.tasks.push_back(
       clearance_task(mover_, obstacles_, margin, constant_precision(T, collision_precision)));
   if (!pairs_.empty() && rule_.self_margin_m > 0)
-    problem.tasks.push_back(
-        self_clearance_task(mover_, pairs_, rule_.self_margin_m, constant_precision(T, collision_precision)));
+    problem.tasks.push_back(self_clearance_task(mover_, pairs_, margin_share * rule_.self_margin_m,
+                                                constant_precision(T, collision_precision)));
   Path answer;
   if (rule_.by_messages) {
     AicoParams params{.max_sweeps = rule_.max_sweeps,
@@ -204,8 +206,15 @@ bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* clo
   for (double factor : {1.0, 10.0}) {
     Path smooth = improved(all, factor * rule_.collision_precision, plan);
     if (!within_limits(smooth)) continue;
-    const Certificate proof = prove_free(smooth);
+    Certificate proof = prove_free(smooth);
     if (proof.outcome != Proof::free) continue;
+    // Once on its way it may pull tight: the same with a quarter of the margins.
+    Path tight = improved(smooth, factor * rule_.collision_precision, plan, 0.25);
+    if (within_limits(tight) && length_of(tight) < length_of(smooth))
+      if (const Certificate of_tight = prove_free(tight); of_tight.outcome == Proof::free) {
+        smooth = std::move(tight);
+        proof = of_tight;
+      }
     const std::size_t free = smooth.size();
     smooth.insert(smooth.end(), rest.begin() + 1, rest.end());
     const double length = length_of(smooth);

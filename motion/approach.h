@@ -86,8 +86,8 @@ class ApproachPlanner {
   Path proven_closing(const ApproachGoal& goal);
   std::optional<Path> scripted(const ApproachGoal& goal);
   std::optional<Path> connected(const ApproachGoal& goal, double room_m);
-  /// Least cost from `seed`, whose ends stay exactly. Not proven.
-  Path improved(const Path& seed, double collision_precision, ApproachPlan& report);
+  /// Least cost from `seed`, whose ends stay exactly, with this share of the margins. Not proven.
+  Path improved(const Path& seed, double collision_precision, ApproachPlan& report, double margin_share = 1);
   Certificate prove_free(const Path& path) { return prover_.certify(path, free_tolerance_); }
   Certificate prove_closing(const Path& path) { return prover_.certify(path, closing_tolerance_); }
   Prover& prover() { return prover_; }
