@@ -144,6 +144,13 @@ int add_object(Gltf& file, const topology::Scores& scores, bool coloured) {
   return root;
 }
 
+void add_cloud(Gltf& file, int root, const geometry::PointCloud& cloud) {
+  if (cloud.size() == 0) return;
+  const int node =
+      file.add_node("cloud", root, Pose::Identity(), {{"kind", "cloud"}, {"points", cloud.size()}});
+  file.add_points(node, thinned(cloud.points, most_points), Colour(0.1, 0.3, 0.6));
+}
+
 std::vector<int> parents_of(const hands::KinematicTree& tree) {
   std::vector<int> parent(tree.links.size(), -1);
   for (const auto& joint : tree.joints) parent[joint.child_link] = joint.parent_link;
@@ -228,11 +235,7 @@ std::vector<std::uint8_t> object_glb(const topology::Scores& scores, const geome
                                      const fs::path& occupancy) {
   Gltf file;
   const int root = add_object(file, scores, false);
-  if (cloud && cloud->size() > 0) {
-    const int node =
-        file.add_node("cloud", root, Pose::Identity(), {{"kind", "cloud"}, {"points", cloud->size()}});
-    file.add_points(node, thinned(cloud->points, most_points), Colour(0.1, 0.3, 0.6));
-  }
+  if (cloud) add_cloud(file, root, *cloud);
   if (!occupancy.empty()) add_cells(file, root, occupancy, scores);
   return file.glb();
 }
@@ -245,7 +248,8 @@ std::vector<std::uint8_t> hand_glb(const hands::Hand& hand) {
 
 std::vector<std::uint8_t> pair_glb(const PairResults& pair, const std::vector<hands::Hand>& hands) {
   Gltf file;
-  if (pair.scores) add_object(file, *pair.scores, true);
+  const int root = pair.scores ? add_object(file, *pair.scores, true) : -1;
+  if (pair.cloud) add_cloud(file, root, *pair.cloud);
   const auto hand = std::ranges::find(hands, pair.input.hand, &hands::Hand::name);
   if (hand == hands.end() || !pair.grasps || pair.grasps->grasps.empty()) return file.glb();
   const hands::Grasp& grasp = pair.grasps->grasps.front();

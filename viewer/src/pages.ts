@@ -115,7 +115,7 @@ export function objectPage(overview: Overview, place: Place): Page {
     title: name,
     nodes: [
       h('h1', {}, name),
-      h('p', { class: 'soft' }, `${pair.source}. `, pair.truth_known ? 'The file is the true surface; it was scanned by a virtual camera, and the grasps know the scan alone.' : 'The file is a scan; nobody knows the true surface.'),
+      h('p', { class: 'soft' }, `${pair.source}. `, overview.tables.length === 0 ? null : pair.truth_known ? 'The file is the true surface; it was scanned by a virtual camera, and the grasps know the scan alone.' : 'The file is a scan; nobody knows the true surface.'),
       pairs.length > 1 ? h('p', {}, select('scored for', pairs.map((one, i): [string, string] => [String(i), titled(one.pair)]), String(which), (value) => {
         which = Number(value);
         place.state.set('pair', String(pairs[which].index));
@@ -123,8 +123,8 @@ export function objectPage(overview: Overview, place: Place): Page {
         void open();
       })) : null,
       box, facts,
-      section('All hands', allHands(pairs)),
-      section('Its grasps', graspTable(overview, graspRows(overview).filter((row) => pairs.some(({ index }) => index === row.pair)))),
+      overview.tables.length === 0 ? null : section('All hands', allHands(pairs)),
+      overview.tables.length === 0 ? null : section('Its grasps', graspTable(overview, graspRows(overview).filter((row) => pairs.some(({ index }) => index === row.pair)))),
     ].filter((x) => x !== null),
     start: open,
     leave: () => panel?.dispose(),
@@ -142,7 +142,7 @@ function allHands(pairs: { pair: Pair; index: number }[]): HTMLElement {
 function objectFacts(pair: Pair, details: Details, index: number): HTMLElement {
   const rejected = Object.entries(details.rejected);
   return h('div', {},
-    section('Candidates', h('p', { class: 'soft' }, 'Where the scores propose to close a hand, best first within each heuristic. White balls in the view: winding angle; green: total curvature.'),
+    details.candidates.length === 0 && !details.evaluation && !details.grasps.length ? null : section('Candidates', h('p', { class: 'soft' }, 'Where the scores propose to close a hand, best first within each heuristic. White balls in the view: winding angle; green: total curvature.'),
       details.candidates.length ? table(['', 'heuristic', 'score', 'S1 winding', 'S2 curvature', 'Euler'], details.candidates.map((one, i) => [
         i + 1, one.heuristic, num('score', one.score), num('winding_angle_rad', one.winding_angle_rad), num('curvature_sum_rad', one.curvature_sum_rad), num('euler', one.euler),
       ]), 'candidates') : h('p', {}, 'None.')),
@@ -224,8 +224,8 @@ function graspFacts(grasp: Grasp, index: number, details: Details, weight: strin
     cage?.wrenches?.length ? section('Random wrenches', table(['weights', 'trials', 'lost', 'survival', 'mean held'], cage.wrenches.map((one) => [
       num('amplitude_weights', one.amplitude_weights), num('trials', one.trials), num('lost', one.lost), num('survival', one.survival), num('mean_held_s', one.mean_held_s)]), 'random wrenches'),
     h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`)) : null),
-    section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
-    section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),
+    Object.keys(grasp.scores).length === 0 ? null : section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
+    !details.evaluation && !details.cage ? null : section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),
   ];
 }
 

@@ -147,7 +147,8 @@ export class Panel {
   }
 
   private partControls(view: View, grasp: Grasp | null): HTMLElement {
-    const on = new Set((this.state.get('show') ?? (this.shown.candidates ? 'hand,contacts,candidates' : 'hand,contacts')).split(','));
+    const usual = view.fields.length === 0 ? 'hand,contacts,cloud' : this.shown.candidates ? 'hand,contacts,candidates' : 'hand,contacts';
+    const on = new Set((this.state.get('show') ?? usual).split(','));
     const part = (name: 'hand' | 'cloud' | 'voxels' | 'candidates' | 'contacts' | 'edges', title: string, hint: string) => {
       view.show(name, on.has(name));
       return check(title, on.has(name), (value) => {
@@ -162,7 +163,7 @@ export class Panel {
     return this.group('Show',
       grasp && view.hand ? part('hand', 'hand', 'the hand’s capsules: what closing, planning and physics see') : null,
       grasp?.contacts?.length ? part('contacts', 'contacts', 'where links touch; arrows push inwards') : null,
-      part('candidates', 'candidates', 'places that were proposed; white: winding, green: curvature'),
+      this.shown.details.candidates.length === 0 ? null : part('candidates', 'candidates', 'places that were proposed; white: winding, green: curvature'),
       view.has('cloud') ? part('cloud', 'scan points', 'what the sensor saw') : null,
       view.has('voxels') ? part('voxels', 'occupied cells', 'cells of the occupancy map where rays ended') : null,
       part('edges', 'mesh edges', ''),
