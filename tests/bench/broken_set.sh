@@ -51,6 +51,16 @@ max_candidates = 4
 min_candidates = 1
 [place]
 max_grasps = 1
+[evaluate]
+control_grasps = 1
+self_check_trials = 0
+lift_grasps = 0
+[cage]
+control_grasps = 1
+self_check_trials = 0
+margin_grasps = 0
+wrench_amplitudes = [1.0]
+search_samples = 300
 END
 code=0
 "$program" run flow.toml --dataset set --store store --out out --jobs 2 --pictures 0 --json > run.json 2> run.log || code=$?
