@@ -1,6 +1,7 @@
 // Sentences of docs/architecture.md, section 4, that need no flow to run.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -88,7 +89,9 @@ TEST_F(Contract, UsageMistakesAreCode2) {
 TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
   const Ended stages = geocage({"stages", "--json"});
   const json list = json::parse(stages.out)["stages"];
-  EXPECT_EQ(list.size(), 15u);
+  std::size_t folders = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(GEOCAGE_STAGES)) folders += entry.is_directory();
+  EXPECT_EQ(list.size(), folders);
   for (const auto& stage : list) {
     const Ended params = geocage({"params", stage["stage"], "--json"});
     EXPECT_EQ(params.code, 0);
