@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numeric>
+#include <queue>
 
 namespace geocage::topology {
 
@@ -64,6 +67,34 @@ double overlap(const std::vector<int>& first, const std::vector<int>& second) {
   std::set_intersection(first.begin(), first.end(), second.begin(), second.end(), std::back_inserter(common));
   const auto all = first.size() + second.size() - common.size();
   return all == 0 ? 1 : static_cast<double>(common.size()) / static_cast<double>(all);
+}
+
+std::vector<int> largest(const std::vector<double>& values) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (double x : values)
+    if (x > most) most = x;  // NaN never is
+  std::vector<int> all;
+  for (int v = 0; v < static_cast<int>(values.size()); ++v)
+    if (values[v] == most) all.push_back(v);
+  return all;
+}
+
+std::vector<double> ways_from(const std::vector<int>& sources, const geometry::TriangleMesh& mesh) {
+  const auto neighbours = geometry::vertex_neighbours(mesh);
+  std::vector<double> best(mesh.vertices.size(), std::numeric_limits<double>::infinity());
+  std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, std::greater<>> queue;
+  for (int v : sources) queue.emplace(best[v] = 0, v);
+  while (!queue.empty()) {
+    const auto [d, v] = queue.top();
+    queue.pop();
+    if (d > best[v]) continue;
+    for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
+      const int w = neighbours.items[i];
+      const double next = d + (mesh.vertices[v] - mesh.vertices[w]).norm();
+      if (next < best[w]) queue.emplace(best[w] = next, w);
+    }
+  }
+  return best;
 }
 
 }  // namespace geocage::topology

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <functional>
+#include <limits>
 #include <numeric>
-#include <queue>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
@@ -17,36 +16,6 @@ namespace geocage::topology {
 using geometry::TriangleMesh;
 
 namespace {
-
-/// Vertices where the field is largest; none when it has no value.
-std::vector<int> largest(const std::vector<double>& values) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (double x : values)
-    if (x > most) most = x;  // NaN never is
-  std::vector<int> all;
-  for (int v = 0; v < static_cast<int>(values.size()); ++v)
-    if (values[v] == most) all.push_back(v);
-  return all;
-}
-
-/// Way along edges from the nearest of `sources` to every vertex [m].
-std::vector<double> ways(const TriangleMesh& mesh, const std::vector<int>& sources) {
-  const auto neighbours = geometry::vertex_neighbours(mesh);
-  std::vector<double> best(mesh.vertices.size(), std::numeric_limits<double>::infinity());
-  std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, std::greater<>> queue;
-  for (int v : sources) queue.emplace(best[v] = 0, v);
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > best[v]) continue;
-    for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
-      const int w = neighbours.items[i];
-      const double next = d + (mesh.vertices[v] - mesh.vertices[w]).norm();
-      if (next < best[w]) queue.emplace(best[w] = next, w);
-    }
-  }
-  return best;
-}
 
 /// Which vertex of one mesh stands for which of the other.
 struct Matching {
@@ -73,7 +42,7 @@ FieldAgreement compare(const std::string& name, const TriangleMesh& mesh, const 
   for (int v : match.noisy_of) values.push_back(noisy[v]);
   found.rank_correlation = rank_correlation(clean, values);
   found.top_overlap = overlap(top_set(clean, top_share), top_set(values, top_share));
-  const auto way = ways(mesh, clean_best);
+  const auto way = ways_from(clean_best, mesh);
   double sum = 0;
   for (int v : noisy_best) sum += way[match.clean_of[v]];
   found.drift_m = sum / static_cast<double>(noisy_best.size());

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
-#include <limits>
-#include <queue>
 
 #include <fmt/format.h>
 
@@ -46,35 +44,6 @@ std::vector<NamedField> fields_of(const TriangleMesh& mesh, const std::vector<do
   return fields;
 }
 
-std::vector<int> largest(const std::vector<double>& values) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (double x : values)
-    if (x > most) most = x;  // NaN never is
-  std::vector<int> all;
-  for (int v = 0; v < static_cast<int>(values.size()); ++v)
-    if (values[v] == most) all.push_back(v);
-  return all;
-}
-
-/// Distance along edges from the nearest of `sources`, for every vertex.
-std::vector<double> distances(const TriangleMesh& mesh, const std::vector<int>& sources) {
-  const auto neighbours = geometry::vertex_neighbours(mesh);
-  std::vector<double> best(mesh.vertices.size(), std::numeric_limits<double>::infinity());
-  std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, std::greater<>> queue;
-  for (int v : sources) queue.emplace(best[v] = 0, v);
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > best[v]) continue;
-    for (int i = neighbours.start[v]; i < neighbours.start[v + 1]; ++i) {
-      const int w = neighbours.items[i];
-      const double next = d + (mesh.vertices[v] - mesh.vertices[w]).norm();
-      if (next < best[w]) queue.emplace(best[w] = next, w);
-    }
-  }
-  return best;
-}
-
 /// What a noisy field is compared with.
 struct Clean {
   NamedField field;
@@ -85,7 +54,7 @@ struct Clean {
 /// Mean, over the vertices where the noisy field is largest, of the way to the nearest clean best.
 double drift_m(const Clean& clean, const std::vector<double>& noisy) {
   double sum = 0;
-  const auto best = largest(noisy);
+  const auto best = topology::largest(noisy);
   for (int v : best) sum += clean.from_best_m[v];
   return sum / static_cast<double>(best.size());
 }
@@ -113,7 +82,7 @@ void measure(const std::filesystem::path& file, const std::string& unit, const M
   std::vector<Clean> clean;
   for (auto& field : fields_of(mesh, options.radii_m)) {
     auto top = topology::top_set(field.values, 0.1);
-    auto from_best = distances(mesh, largest(field.values));
+    auto from_best = topology::ways_from(topology::largest(field.values), mesh);
     clean.push_back({std::move(field), std::move(top), std::move(from_best)});
   }
   std::ofstream out(csv);
