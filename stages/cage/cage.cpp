@@ -248,7 +248,7 @@ void report(const CageEvaluations& all, pipeline::Run& run) {
   run.metric("self_check_trials", all.self_check.trials);
   run.metric("self_check_half_step", all.self_check.half_step);
   run.metric("self_check_twice_iterations", all.self_check.twice_iterations);
-  run.log("self-check: " + all.self_check.text());
+  if (all.self_check.trials > 0) run.log("self-check: " + all.self_check.text());
   for (const std::string& line : all.self_check.disagreements) run.log("self-check: " + line);
   for (const Control& one : all.controls)
     if (!one.ok())

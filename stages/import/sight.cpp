@@ -76,12 +76,12 @@ int Sight::hidden_behind(const std::vector<Vec3>& things, const std::vector<Vec3
   return count;
 }
 
-bool Sight::empty(const Vec3& p, double clear_m) const {
+bool Sight::empty(const Vec3& p, double behind_m) const {
   const Vec3 q = frame_.transpose() * p;
   if (!(q.z() > 0)) return false;
   const int x = column(q.x() / q.z(), 0), y = column(q.y() / q.z(), 1);
   if (x < 0 || y < 0) return false;
-  const double least_m = p.norm() + clear_m;
+  const double least_m = p.norm() + behind_m;
   bool seen = false;
   for (int v = std::max(0, y - 1); v <= std::min(cells_[1] - 1, y + 1); ++v)
     for (int u = std::max(0, x - 1); u <= std::min(cells_[0] - 1, x + 1); ++u) {
@@ -95,7 +95,7 @@ bool Sight::empty(const Vec3& p, double clear_m) const {
 }
 
 double Sight::emptiness_between(const std::vector<Vec3>& a, const std::vector<Vec3>& b,
-                                double clear_m) const {
+                                double behind_m) const {
   constexpr int pairs = 400;
   int empty_ones = 0;
   for (int k = 0; k < pairs; ++k) {
@@ -104,7 +104,7 @@ double Sight::emptiness_between(const std::vector<Vec3>& a, const std::vector<Ve
                  t = std::fmod(0.5 + k * 0.5698402909980532, 1);
     const Vec3& p = a[static_cast<std::size_t>(s * static_cast<double>(a.size()))];
     const Vec3& q = b[static_cast<std::size_t>(t * static_cast<double>(b.size()))];
-    empty_ones += empty((p + q) / 2, clear_m);
+    empty_ones += empty((p + q) / 2, behind_m);
   }
   return static_cast<double>(empty_ones) / pairs;
 }

@@ -13,13 +13,13 @@ class Sight {
   /// Points in the sensor's frame. Precondition: at least one, none at the sensor.
   explicit Sight(const std::vector<geometry::Vec3>& points);
 
-  /// True where all that was seen around that direction lies at least `clear_m` behind p, and something was.
-  bool empty(const geometry::Vec3& p, double clear_m) const;
+  /// True where all that was seen around that direction lies at least `behind_m` behind p, and something was.
+  bool empty(const geometry::Vec3& p, double behind_m) const;
 
   /// How much of the space between two things is empty: the share of middles between their points that are,
   /// of 400 pairs drawn evenly. 0 of two pieces of one convex thing, but for noise.
   double emptiness_between(const std::vector<geometry::Vec3>& a, const std::vector<geometry::Vec3>& b,
-                           double clear_m) const;
+                           double behind_m) const;
 
   /// How many points of `things` are seen right beside one of `front` that is nearer by `step_m`.
   int hidden_behind(const std::vector<geometry::Vec3>& things, const std::vector<geometry::Vec3>& front,

@@ -40,8 +40,9 @@ TEST(Defects, MutatorsBreakWhatTheySay) {
     auto broken = torus;
     mutator.apply(broken, 5);
     const std::string name = mutator.name;
-    if (name != "slivers" && name != "millimetres" && name != "huge")  // a solid still, if an odd one
+    if (name != "slivers" && name != "millimetres" && name != "huge") {  // a solid still, if an odd one
       EXPECT_NE(geometry::flaw_of_solid(broken), "") << name;
+    }
     auto again = torus;
     mutator.apply(again, 5);
     EXPECT_EQ(again.triangles, broken.triangles) << name;
