@@ -7,7 +7,8 @@
 a line that is only `some/file`: before a block writes the block to that file
 ```console and others are for reading.
 
-The folder holds what pages speak of: mug.ply (a thick ring), my_flow.toml, my_hand, a.csv, b.csv, grasp.json, folder/of/meshes.
+The folder holds what pages speak of: mug.ply (a thick ring), my_flow.toml, my_hand, a.csv, b.csv, grasp.json, scene.toml
+(that of docs/planning.md), folder/of/meshes.
 `geocage run` of anything but my_flow.toml only plans (--dry-run): the real runs are the business of other tests."""
 import json, math, os, pathlib, re, shutil, subprocess, sys, tempfile, tomllib
 
@@ -69,6 +70,8 @@ def prepare(program, folder):
     (folder / "a.csv").write_text("0,0,-1\n0,0,1\n")
     (folder / "b.csv").write_text("1,0,0\n0,1,0\n-1,0,0\n")
     (folder / "my_flow.toml").write_text(FLOW)
+    planning = (pathlib.Path(__file__).parents[2] / "docs/planning.md").read_text()
+    (folder / "scene.toml").write_text(next(code for _, _, file, code in blocks_of(planning) if file == "scene.toml"))
     shutil.copytree(pathlib.Path(__file__).parents[2] / "hands/schunk_sdh", folder / "my_hand")
     (folder / "bin").mkdir()
     shim = folder / "bin/geocage"
