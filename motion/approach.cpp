@@ -150,7 +150,7 @@ std::optional<Path> ApproachPlanner::connected(const ApproachGoal& goal, double 
 }
 
 Path ApproachPlanner::improved(const Path& seed, double collision_precision, ApproachPlan& report,
-                               double margin_share) {
+                               double margin_share, int most_sweeps) {
   const int T = rule_.steps, n = mover_.dim();
   Path path = respaced(seed, T);
   Problem problem{kinematic(Eigen::MatrixXd::Identity(n, n)), T, path.front(), extra_tasks};
@@ -167,7 +167,7 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
                                                 constant_precision(T, collision_precision)));
   Path answer;
   if (rule_.by_messages) {
-    AicoParams params{.max_sweeps = rule_.max_sweeps,
+    AicoParams params{.max_sweeps = std::min(most_sweeps, rule_.max_sweeps),
                       .damping = rule_.damping,
                       .proximal = true,
                       .step_tolerance = 1e-3,
@@ -179,7 +179,7 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
     report.cost = found.costs.back();
     answer = found.mean;
   } else {
-    GaussNewton search(problem, {.max_steps = rule_.max_sweeps,
+    GaussNewton search(problem, {.max_steps = std::min(most_sweeps, rule_.max_sweeps),
                                  .damping = rule_.damping,
                                  .cost_tolerance = 1e-3,
                                  .step_tolerance = 1e-3});
@@ -208,8 +208,8 @@ bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* clo
     if (!within_limits(smooth)) continue;
     Certificate proof = prove_free(smooth);
     if (proof.outcome != Proof::free) continue;
-    // Once on its way it may pull tight: the same with a quarter of the margins.
-    Path tight = improved(smooth, factor * rule_.collision_precision, plan, 0.25);
+    // Once on its way it may pull tight: the same with a quarter of the margins. Two sweeps bring most of it.
+    Path tight = improved(smooth, factor * rule_.collision_precision, plan, 0.25, 2);
     if (within_limits(tight) && length_of(tight) < length_of(smooth))
       if (const Certificate of_tight = prove_free(tight); of_tight.outcome == Proof::free) {
         smooth = std::move(tight);

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -87,7 +88,8 @@ class ApproachPlanner {
   std::optional<Path> scripted(const ApproachGoal& goal);
   std::optional<Path> connected(const ApproachGoal& goal, double room_m);
   /// Least cost from `seed`, whose ends stay exactly, with this share of the margins. Not proven.
-  Path improved(const Path& seed, double collision_precision, ApproachPlan& report, double margin_share = 1);
+  Path improved(const Path& seed, double collision_precision, ApproachPlan& report, double margin_share = 1,
+                int most_sweeps = std::numeric_limits<int>::max());
   Certificate prove_free(const Path& path) { return prover_.certify(path, free_tolerance_); }
   Certificate prove_closing(const Path& path) { return prover_.certify(path, closing_tolerance_); }
   Prover& prover() { return prover_; }

@@ -52,6 +52,6 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const geometry::PointCloud& support_cloud,
                                const geometry::Occupancy& occupancy, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage approach_stage{"approach", 3, &approach};
+inline constexpr pipeline::Stage approach_stage{"approach", 4, &approach};
 
 }  // namespace geocage::stages
