@@ -7,7 +7,7 @@ export function recordingsOf(grasp: Grasp): Played[] {
   return (grasp.recordings ?? []).filter((one) => one.times_s.length > 1).map((one) => {
     const whole = (rows: number[][]) => (rows.length === 1 ? one.times_s.map(() => rows[0]) : rows);
     return {
-      title: `${one.protocol.includes('cage') ? 'cage' : 'force'}: ${one.trial} (${one.outcome})`, times_s: one.times_s, joints: one.joints,
+      title: `${one.protocol === 'geocage-cage' ? 'cage' : 'force'}: ${one.trial} (${one.outcome})`, times_s: one.times_s, joints: one.joints,
       q: whole(one.q), X: whole(one.X_WH), objectX: one.X_WO, phase: one.phase,
     };
   });
