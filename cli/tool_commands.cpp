@@ -206,7 +206,8 @@ std::string level_text(const json& margin, const char* unit) {
 std::vector<std::string> details_of(const json& entry) {
   std::vector<std::string> lines;
   if (entry.contains("lift") && !entry["lift"].is_null())
-    lines.push_back(fmt::format("lift and shake: {}, ended in '{}'{}", entry["lift"]["outcome"].get<std::string>(),
+    lines.push_back(fmt::format("lift and shake: {}, ended in '{}'{}",
+                                entry["lift"]["outcome"].get<std::string>(),
                                 entry["lift"]["phase"].get<std::string>(),
                                 entry["lift"]["outcome"] != "held"      ? ""
                                 : entry["lift"]["released"].get<bool>() ? ", fell when the hand opened"
@@ -216,7 +217,8 @@ std::vector<std::string> details_of(const json& entry) {
     lines.push_back(fmt::format("pose noise of 5 mm and 5 deg: held in {} of {} draws",
                                 margins["held"].get<int>(), margins["draws"].get<int>()));
     lines.push_back(fmt::format("in 95 % of draws: smallest friction {}, largest push {}, largest noise {}",
-                                level_text(margins["friction"], ""), level_text(margins["push_m_s2"], " m/s^2"),
+                                level_text(margins["friction"], ""),
+                                level_text(margins["push_m_s2"], " m/s^2"),
                                 level_text(margins["noise"], " times that")));
   }
   if (entry.contains("loosening"))
@@ -250,9 +252,8 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
     stages::CageParams params;
     params.object_geometry = "given";
     params.recorded_grasps = recorded, params.margin_grasps = bisected;
-    keep(pipeline::contained<stages::CageEvaluations>(limits_of_evaluation(), where, [&] {
-      return stages::cage(params, run, grasps, mesh, field, hand);
-    }));
+    keep(pipeline::contained<stages::CageEvaluations>(
+        limits_of_evaluation(), where, [&] { return stages::cage(params, run, grasps, mesh, field, hand); }));
   } else {
     stages::EvaluateParams params;
     params.protocol = protocol;

@@ -26,8 +26,8 @@ BackedOff backed_off(const geometry::SignedDistanceField& field, std::vector<han
     }
     if (nearest.distance_m < 0)
       capsule.radius_m = std::max(thinnest_share * start.radius_m, capsule.radius_m + nearest.distance_m);
-    result.largest_m = std::max(
-        {result.largest_m, (capsule.a - start.a).norm(), start.radius_m - capsule.radius_m});
+    result.largest_m =
+        std::max({result.largest_m, (capsule.a - start.a).norm(), start.radius_m - capsule.radius_m});
   }
   result.capsules_O = std::move(capsules_O);
   return result;

@@ -22,8 +22,7 @@ struct CageTrial {
 /// the hand with a straight way out. Ends early at rest. Tier B1.
 /// A `recording` brings the pose of its hand in its first frame, and gets the frames.
 CageTrial pull_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
-                     const geometry::Vec3& axis_O, std::uint64_t seed,
-                     Recording* recording = nullptr);
+                     const geometry::Vec3& axis_O, std::uint64_t seed, Recording* recording = nullptr);
 
 /// The same without translation along `ring_O`, gravity in the plane across it: the fair test of a ring,
 /// which a prism leaves along its axis. `angle_rad` counts from an arbitrary direction of that plane. Tier

@@ -27,9 +27,9 @@ class ContactSolver final : public btMultiBodyConstraintSolver {
   btScalar way_out_m_s_;
 };
 
-/// Bullet's solver for one body among walls, with a gentle way out: a penetration d is undone by moving (split
-/// impulse), at the speed min(erp d / dt, way_out_m_s). Unbounded, a body in several contacts at once is pushed
-/// out of one wall through the next.
+/// Bullet's solver for one body among walls, with a gentle way out: a penetration d is undone by moving
+/// (split impulse), at the speed min(erp d / dt, way_out_m_s). Unbounded, a body in several contacts at once
+/// is pushed out of one wall through the next.
 class CageSolver final : public btSequentialImpulseConstraintSolver {
  public:
   explicit CageSolver(btScalar way_out_m_s) : way_out_m_s_(way_out_m_s) {}

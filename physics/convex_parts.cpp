@@ -59,7 +59,8 @@ ConvexPart hull_of(const std::vector<Vec3>& points) {
   for (const Vec3& p : points) flat.insert(flat.end(), p.data(), p.data() + 3);
   computer.compute(flat.data(), 3 * sizeof(double), static_cast<int>(points.size()), 0, 0);
   for (int i = 0; i < computer.vertices.size(); ++i)
-    part.vertices_O.emplace_back(computer.vertices[i].x(), computer.vertices[i].y(), computer.vertices[i].z());
+    part.vertices_O.emplace_back(computer.vertices[i].x(), computer.vertices[i].y(),
+                                 computer.vertices[i].z());
   Vec3 center = Vec3::Zero();
   for (const Vec3& p : part.vertices_O) center += p / static_cast<double>(part.vertices_O.size());
   for (int f = 0; f < computer.faces.size(); ++f) {
@@ -182,7 +183,9 @@ std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh, const S
 VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::function<bool(const Vec3&)>& inside) {
   // A border of empty cells; corner (x, y, z) of the lattice is the low corner of cell (x, y, z).
   const Eigen::Array3i n = (box_O.sizes() / cell_m).array().ceil().cast<int>() + 3;
-  const auto index = [&](int x, int y, int z) { return (static_cast<std::size_t>(z) * n.y() + y) * n.x() + x; };
+  const auto index = [&](int x, int y, int z) {
+    return (static_cast<std::size_t>(z) * n.y() + y) * n.x() + x;
+  };
   std::vector<std::uint8_t> full(static_cast<std::size_t>(n.x()) * n.y() * n.z(), 0);
   VoxelShape shape;
   long cells = 0;

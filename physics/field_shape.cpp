@@ -98,11 +98,13 @@ void keep(FieldContacts& contacts, const FieldContact& contact) {
   if (contact.value_m < shallowest->value_m) *shallowest = contact;
 }
 
-/// In a groove the axis is as near to one wall as to the other: the field has a crease there, and a normal that
-/// points from one wall in one step and from the other in the next lets the finger through both. The slopes a
-/// coarse cell to either side tell of one wall each; as planes they are two contacts at the same place.
+/// In a groove the axis is as near to one wall as to the other: the field has a crease there, and a normal
+/// that points from one wall in one step and from the other in the next lets the finger through both. The
+/// slopes a coarse cell to either side tell of one wall each; as planes they are two contacts at the same
+/// place.
 bool keep_walls(FieldContacts& contacts, const AxisLine& line, double t, const Vec3& slope, double reach) {
-  constexpr double crease = 0.85, apart = 0.9;  // |slope| of walls 63 degrees apart; cosine of normals that differ
+  constexpr double crease = 0.85,
+                   apart = 0.9;  // |slope| of walls 63 degrees apart; cosine of normals that differ
   if (slope.norm() > crease) return false;
   const double h = line.field.cell_m;
   const Vec3 p = line.point(t), along = line.ab.stableNormalized();
@@ -128,9 +130,9 @@ void keep_at(FieldContacts& contacts, const AxisLine& line, double t, double rea
   keep(contacts, {line.point(t), outward_normal(line, t, slope), line.value(t)});
 }
 
-/// Contacts of the samples [first, last], all within reach: the deepest place, how far to both sides the gap stays
-/// the same, without which a flat face would rock on a single point, and every other place deeper than those
-/// beside it.
+/// Contacts of the samples [first, last], all within reach: the deepest place, how far to both sides the gap
+/// stays the same, without which a flat face would rock on a single point, and every other place deeper than
+/// those beside it.
 void add_stretch(const AxisLine& line, const Samples& samples, int first, int last, double reach,
                  FieldContacts& contacts) {
   const auto& value = samples.value;
@@ -145,14 +147,14 @@ void add_stretch(const AxisLine& line, const Samples& samples, int first, int la
   keep_at(contacts, line, line.value(refined) < value[deepest] ? refined : deepest * step, reach);
   if (left != deepest) keep_at(contacts, line, left * step, reach);
   if (right != deepest) keep_at(contacts, line, right * step, reach);
-  // In a hollow a finger touches with several places at once, none as deep as another by a hair: each is a wall.
+  // In a hollow a finger touches with several places at once, none as deep as another by a hair: each is a
+  // wall.
   for (int i = first; i <= last; ++i) {
     if (i >= left && i <= right) continue;
     const bool falls = i > first ? value[i] < value[i - 1] : i == 0;
     const bool rises = i < last ? value[i] <= value[i + 1] : i == samples.last;
     if (!falls || !rises) continue;
-    const double here =
-        smallest(line, std::max(0, i - 1) * step, std::min(samples.last, i + 1) * step);
+    const double here = smallest(line, std::max(0, i - 1) * step, std::min(samples.last, i + 1) * step);
     keep_at(contacts, line, line.value(here) < value[i] ? here : i * step, reach);
   }
 }

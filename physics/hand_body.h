@@ -29,7 +29,7 @@ class HandBody {
   void hold(btMultiBodyDynamicsWorld& world, const Eigen::VectorXd& q_target, const Grip& grip, double dt_s);
 
   Eigen::VectorXd joints() const;  ///< independent joints, in the order of the tree's dofs
-  double fastest_joint() const;  ///< largest |joint speed|, rad/s or m/s
+  double fastest_joint() const;    ///< largest |joint speed|, rad/s or m/s
   hands::Pose X_WL(int link) const;
 
  private:

@@ -65,8 +65,8 @@ ObjectLoad turning_load(const World& world, const ObjectBody& object, const Vec3
   const Vec3 r = X_WB.translation() - pivot;
   const Eigen::Matrix3d I_W = X_WB.linear() * object.inertia_kg_m2.asDiagonal() * X_WB.linear().transpose();
   ObjectLoad load;
-  load.force_W_n =
-      -object.mass_kg * (alpha.cross(r) + omega.cross(omega.cross(r)) + 2 * omega.cross(world.velocity_m_s()));
+  load.force_W_n = -object.mass_kg *
+                   (alpha.cross(r) + omega.cross(omega.cross(r)) + 2 * omega.cross(world.velocity_m_s()));
   load.torque_W_nm = -(I_W * alpha + omega.cross(I_W * omega));
   return load;
 }
@@ -113,10 +113,9 @@ LiftTrial lift_trial(const Protocol& protocol, const ObjectBody& object, const h
       return turning_load(world, object, motion.rate(t) * motion.axis, motion.acceleration(t) * motion.axis,
                           pivot);
     };
-    const Phase phase =
-        simulate(world, protocol, load, motion.duration_s,
-                 {protocol.max_translation_m, protocol.max_rotation_rad, deepest, false}, camera,
-                 motion.name.c_str(), &settled);
+    const Phase phase = simulate(world, protocol, load, motion.duration_s,
+                                 {protocol.max_translation_m, protocol.max_rotation_rad, deepest, false},
+                                 camera, motion.name.c_str(), &settled);
     seen(phase, motion.name);
     trial.displacement_m = std::max(trial.displacement_m, phase.translation_m);
     trial.rotation_rad = std::max(trial.rotation_rad, phase.rotation_rad);

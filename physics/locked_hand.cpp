@@ -10,7 +10,8 @@ namespace geocage::physics {
 
 LockedHand lock(const CageProtocol& protocol, const ObjectBody& object, double radius_m,
                 const hands::Hand& hand, const geometry::Pose& X_OH, const Eigen::VectorXd& q) {
-  // Deeper than half of the thinnest finger, its axis comes near the surface, and the field's normal may turn.
+  // Deeper than half of the thinnest finger, its axis comes near the surface, and the field's normal may
+  // turn.
   double thinnest_m = std::numeric_limits<double>::infinity();
   for (const hands::Capsule& capsule : hand.capsules) thinnest_m = std::min(thinnest_m, capsule.radius_m);
   CageProtocol own = protocol;

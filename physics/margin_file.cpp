@@ -6,7 +6,8 @@ namespace geocage::physics {
 using nlohmann::json;
 
 json to_json(const Margin& margin) {
-  return {{"level", margin.level ? json(*margin.level) : json()}, {"easy", margin.easy}, {"hard", margin.hard}};
+  return {
+      {"level", margin.level ? json(*margin.level) : json()}, {"easy", margin.easy}, {"hard", margin.hard}};
 }
 
 Margin margin_from(const json& entry) {

@@ -96,8 +96,8 @@ std::vector<Loosening> loosening(const CageProtocol& protocol, const ObjectBody&
   constexpr int pulls = 6, ways = 4;
   const auto holds = [&](const LockedHand& locked, int trial) {
     if (trial < pulls)
-      return pull_trial(locked.protocol, object, locked.escape, six_directions()[trial].axis_O, seed).outcome ==
-             Outcome::held;
+      return pull_trial(locked.protocol, object, locked.escape, six_directions()[trial].axis_O, seed)
+                 .outcome == Outcome::held;
     const double angle = 2 * std::numbers::pi * (trial - pulls) / ways;
     return ring_trial(locked.protocol, object, locked.escape, locked.axis_O, angle, seed).outcome ==
            Outcome::held;

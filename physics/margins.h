@@ -51,7 +51,8 @@ struct ForceMargins {
   Margin push_m_s2;         ///< largest push per mass, up to 100
   Margin noise;             ///< largest share of the noise, up to 2
 };
-/// `q_open`: where the hand closes from. Same answer for any number of threads. O(halvings * draws * 6 pushes).
+/// `q_open`: where the hand closes from. Same answer for any number of threads. O(halvings * draws * 6
+/// pushes).
 ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
                            const geometry::Pose& X_OH, const Eigen::VectorXd& q_open, const MarginRule& rule,
                            std::uint64_t seed);
@@ -64,11 +65,12 @@ struct Loosening {
   std::string finger;
   Margin share;  ///< of the way from the closed to the open posture
 };
-/// Fingers one by one opened from `q` towards `q_open`, locked there, and every pull and ring way that held when
-/// closed pulled again: the largest opening at which all of them still hold. Nothing for a hand that held none.
-/// O(fingers * halvings * pulls).
+/// Fingers one by one opened from `q` towards `q_open`, locked there, and every pull and ring way that held
+/// when closed pulled again: the largest opening at which all of them still hold. Nothing for a hand that
+/// held none. O(fingers * halvings * pulls).
 std::vector<Loosening> loosening(const CageProtocol& protocol, const ObjectBody& object, double radius_m,
-                                 const hands::Hand& hand, const geometry::Pose& X_OH, const Eigen::VectorXd& q,
-                                 const Eigen::VectorXd& q_open, int halvings, std::uint64_t seed);
+                                 const hands::Hand& hand, const geometry::Pose& X_OH,
+                                 const Eigen::VectorXd& q, const Eigen::VectorXd& q_open, int halvings,
+                                 std::uint64_t seed);
 
 }  // namespace geocage::physics

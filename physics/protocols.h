@@ -51,11 +51,11 @@ struct CageEngine {
   double dt_s = 1.0 / 240;
   double most_motion_m = 1e-3;  ///< of the object's surface in a step: a faster object takes shorter steps,
   int most_parts = 24;          ///< at most so many in dt
-  int iterations = 400;  ///< at most: they end once no contact changes its speed by more than 1 um/s
-  double way_out_m_s = 0.02;  ///< fastest that a penetration is undone
-  double contact_m = 1e-3;   ///< contacts are made from this gap on, plus what a step may close
-  double damping_s = 0.02;   ///< velocities shrink by exp(-dt / damping_s) a step; 0: they do not
-  bool axis_locked = false;  ///< no translation along z of W
+  int iterations = 400;         ///< at most: they end once no contact changes its speed by more than 1 um/s
+  double way_out_m_s = 0.02;    ///< fastest that a penetration is undone
+  double contact_m = 1e-3;      ///< contacts are made from this gap on, plus what a step may close
+  double damping_s = 0.02;      ///< velocities shrink by exp(-dt / damping_s) a step; 0: they do not
+  bool axis_locked = false;     ///< no translation along z of W
 };
 
 /// The cage test: locked fingers, no friction. Only geometry holds.

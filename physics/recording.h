@@ -28,8 +28,8 @@ struct Recording {
   double every_s = 0.04;
   std::vector<Frame> frames;
 
-  /// Keeps the frame when `every_s` has passed since the last one, or when `last` says that there are no more.
-  /// Poses as their file gives them back (hands::file_pose).
+  /// Keeps the frame when `every_s` has passed since the last one, or when `last` says that there are no
+  /// more. Poses as their file gives them back (hands::file_pose).
   void see(double time_s, const char* phase, const geometry::Pose& X_WO, const geometry::Pose& X_WH,
            const Eigen::VectorXd& q, bool last = false);
 };

@@ -8,8 +8,8 @@
 
 namespace geocage::physics {
 
-/// Trials that were repeated with half the time step, and with twice the solver's iterations: how many had the
-/// same outcome. An engine whose answer hangs on either says little.
+/// Trials that were repeated with half the time step, and with twice the solver's iterations: how many had
+/// the same outcome. An engine whose answer hangs on either says little.
 struct SelfCheck {
   int trials = 0, half_step = 0, twice_iterations = 0;  ///< sampled; of those, with the same outcome
   std::vector<std::string> disagreements;  ///< "grasp 3, push +x: held, but lost at half the step"

@@ -83,8 +83,8 @@ CageTrial run_job(const Job& job, const CageParams& params, const physics::CageP
                                  params.seed, recording);
     case Job::Kind::ring:
       return physics::ring_trial(protocol, body, hand.escape, hand.axis_O,
-                                 2 * std::numbers::pi * static_cast<double>(job.index) / ring_ways, params.seed,
-                                 recording);
+                                 2 * std::numbers::pi * static_cast<double>(job.index) / ring_ways,
+                                 params.seed, recording);
     case Job::Kind::wrench:
       break;
   }
@@ -194,8 +194,7 @@ void judge(CageEvaluation& evaluation, const Locked& locked, const CageParams& p
            const physics::CageProtocol& protocol) {
   for (std::size_t i = 0; i < locked.pulls.size(); ++i)
     evaluation.pulls.push_back(shown(physics::six_directions()[i].name, locked.pulls[i]));
-  for (std::size_t i = 0; i < ring_ways; ++i)
-    evaluation.ring.push_back(shown(ring_name(i), locked.ring[i]));
+  for (std::size_t i = 0; i < ring_ways; ++i) evaluation.ring.push_back(shown(ring_name(i), locked.ring[i]));
   evaluation.backed_off_m = locked.hand.backed_off_m;
   evaluation.wrenches = wrenches_of(locked, params, protocol);
   evaluation.search = locked.search;
@@ -333,8 +332,8 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     work.push_back([&, i] {
       constexpr int halvings = 4;
       const Posture opened = physics::open_posture(hand, field, grasps.grasps[i]);
-      loosened[i] = physics::loosening(protocol, body, radius_m, hand, postures[i].X_OH, postures[i].q, opened.q,
-                                       halvings, params.seed);
+      loosened[i] = physics::loosening(protocol, body, radius_m, hand, postures[i].X_OH, postures[i].q,
+                                       opened.q, halvings, params.seed);
     });
   }
 

@@ -61,7 +61,8 @@ struct CageEvaluation {
   std::vector<CagePull> pulls, ring;  ///< six axes of O; four directions across the hand's flexion axis
   std::vector<CageWrench> wrenches;
   physics::EscapeSearch search;
-  std::vector<physics::Loosening> loosening;  ///< of each finger; empty where it was not asked, or nothing held
+  std::vector<physics::Loosening>
+      loosening;  ///< of each finger; empty where it was not asked, or nothing held
 
   int retained() const { return held(pulls); }
   int ring_retained() const { return held(ring); }

@@ -94,8 +94,7 @@ json loosening_json(const std::vector<physics::Loosening>& all) {
 
 std::vector<physics::Loosening> loosening_from(const json& list) {
   std::vector<physics::Loosening> all;
-  for (const json& entry : list)
-    all.push_back({entry.at("finger"), physics::margin_from(entry.at("share"))});
+  for (const json& entry : list) all.push_back({entry.at("finger"), physics::margin_from(entry.at("share"))});
   return all;
 }
 

@@ -82,7 +82,8 @@ std::string push_name(std::size_t direction) {
 /// The pushes of the first grasps once more, for playback.
 std::vector<physics::Recording> recorded(const Evaluations& all, const Protocol& protocol,
                                          const physics::ObjectBody& object, const hands::Hand& hand,
-                                         const std::vector<Posture>& postures, const hands::GraspSet& grasps) {
+                                         const std::vector<Posture>& postures,
+                                         const hands::GraspSet& grasps) {
   std::vector<physics::Recording> recordings;
   int wanted = all.params.recorded_grasps;
   for (const Evaluation& evaluation : all.list) {
@@ -96,10 +97,10 @@ std::vector<physics::Recording> recorded(const Evaluations& all, const Protocol&
   }
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < recordings.size(); ++i)
-    recordings[i].outcome =
-        physics::push_trial(protocol, object, hand, postures[recordings[i].grasp],
-                            physics::six_directions()[i % directions()].axis_O, all.params.seed, &recordings[i])
-            .outcome;
+    recordings[i].outcome = physics::push_trial(protocol, object, hand, postures[recordings[i].grasp],
+                                                physics::six_directions()[i % directions()].axis_O,
+                                                all.params.seed, &recordings[i])
+                                .outcome;
   return recordings;
 }
 
@@ -119,8 +120,8 @@ void add_lifts_and_margins(Evaluations& all, const Protocol& protocol, const phy
     film.grasp = grasp, film.hand = hand.name, film.protocol = protocol.name;
     film.object = grasps.grasps[grasp].object, film.trial = "lift", film.joints = hand.tree.dof_names;
     const bool kept = i < static_cast<std::size_t>(all.params.recorded_grasps);
-    simulated[i]->lift = physics::lift_trial(protocol, object, hand, postures[grasp], all.params.seed,
-                                             kept ? &film : nullptr);
+    simulated[i]->lift =
+        physics::lift_trial(protocol, object, hand, postures[grasp], all.params.seed, kept ? &film : nullptr);
     film.outcome = simulated[i]->lift->outcome;
   }
   for (const physics::Recording& film : films)
@@ -131,14 +132,15 @@ void add_lifts_and_margins(Evaluations& all, const Protocol& protocol, const phy
   for (std::size_t i = 0; i < first(all.params.margin_grasps); ++i) {
     const int grasp = simulated[i]->grasp;
     const auto open = physics::open_posture(hand, *object.field, grasps.grasps[grasp]);
-    simulated[i]->margins = physics::force_margins(protocol, object, hand, postures[grasp].X_OH, open.q, rule,
-                                                   all.params.seed);
+    simulated[i]->margins =
+        physics::force_margins(protocol, object, hand, postures[grasp].X_OH, open.q, rule, all.params.seed);
   }
 }
 
 /// A sample of the pushes of all simulated grasps, at half the step and with twice the iterations.
-physics::SelfCheck checked(const Evaluations& all, const Protocol& protocol, const physics::ObjectBody& object,
-                           const hands::Hand& hand, const std::vector<Posture>& postures) {
+physics::SelfCheck checked(const Evaluations& all, const Protocol& protocol,
+                           const physics::ObjectBody& object, const hands::Hand& hand,
+                           const std::vector<Posture>& postures) {
   struct Again {
     std::size_t grasp, direction;
     Outcome first, at_half_step = Outcome::held, at_twice_iterations = Outcome::held;

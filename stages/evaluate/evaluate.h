@@ -56,7 +56,7 @@ struct Evaluation {
   double start_penetration_m = 0, max_penetration_m = 0;
   double drift_m = 0, drift_rad = 0;  ///< while the hand closed and settled, before the pushes
   std::vector<DirectionResult> directions;
-  std::optional<physics::LiftTrial> lift;       ///< where it was asked
+  std::optional<physics::LiftTrial> lift;        ///< where it was asked
   std::optional<physics::ForceMargins> margins;  ///< likewise
 };
 

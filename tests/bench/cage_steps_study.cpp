@@ -1,8 +1,8 @@
-// Does the cage test hang on its time step? Grasps made on noisy copies of every mesh of a folder, tested on the
-// true mesh:
+// Does the cage test hang on its time step? Grasps made on noisy copies of every mesh of a folder, tested on
+// the true mesh:
 //   cage_steps_study FOLDER [--noise M] [--seeds N] [--grasps N] [--wrenches N] [--hand NAME] [--only a,b]
-// Each trial runs three times: as it is, at half the step, with twice the iterations. A table of agreements by
-// kind of trial, and every disagreement by name. --wrenches: seeds of each amplitude (1 and 5 weights).
+// Each trial runs three times: as it is, at half the step, with twice the iterations. A table of agreements
+// by kind of trial, and every disagreement by name. --wrenches: seeds of each amplitude (1 and 5 weights).
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +14,7 @@
 #include "physics/cage_trial.h"
 #include "physics/force_trial.h"
 #include "physics/locked_hand.h"
+
 #include "tests/bench/study_grasps.h"
 
 namespace geocage::bench {
@@ -43,12 +44,17 @@ void list_jobs(std::vector<Job>& jobs, const StudyObject& object, const physics:
   for (std::size_t g = 0; g < object.grasps.grasps.size(); ++g) {
     const auto& grasp = object.grasps.grasps[g];
     const auto q = hands::joint_vector(hand.tree, grasp.joints_rad, object.name);
-    const auto locked = std::make_shared<physics::LockedHand>(
-        physics::lock({}, body, radius_m, hand, grasp.X_OH, q));
+    const auto locked =
+        std::make_shared<physics::LockedHand>(physics::lock({}, body, radius_m, hand, grasp.X_OH, q));
     const auto add = [&](const char* kind, const std::string& trial,
                          std::function<CageTrial(const CageProtocol&)> run) {
-      jobs.push_back({kind, object.name + " grasp " + std::to_string(g) + " " + trial, std::move(run),
-                      locked->protocol, {}, {}, {}});
+      jobs.push_back({kind,
+                      object.name + " grasp " + std::to_string(g) + " " + trial,
+                      std::move(run),
+                      locked->protocol,
+                      {},
+                      {},
+                      {}});
     };
     for (const auto& way : physics::six_directions())
       add("pull", way.name, [&body, locked, &way](const CageProtocol& protocol) {
@@ -56,7 +62,8 @@ void list_jobs(std::vector<Job>& jobs, const StudyObject& object, const physics:
       });
     for (int i = 0; i < 4; ++i)
       add("ring", std::to_string(90 * i) + " deg", [&body, locked, i](const CageProtocol& protocol) {
-        return physics::ring_trial(protocol, body, locked->escape, locked->axis_O, i * std::numbers::pi / 2, 0);
+        return physics::ring_trial(protocol, body, locked->escape, locked->axis_O, i * std::numbers::pi / 2,
+                                   0);
       });
     for (const double amplitude : {1.0, 5.0})
       for (int seed = 0; seed < wrenches; ++seed)
@@ -84,15 +91,17 @@ void print(const std::vector<Job>& jobs) {
     counts.lost += job.base.outcome == Outcome::lost;
     counts.seconds += job.base_s, counts.steps += job.base.steps;
     counts.deepest_m = std::max(counts.deepest_m, job.base.penetration_m);
-    for (const auto& [label, other] : {std::pair{"half step", &job.half}, {"twice the iterations", &job.twice}})
+    for (const auto& [label, other] :
+         {std::pair{"half step", &job.half}, {"twice the iterations", &job.twice}})
       if (other->outcome != job.base.outcome)
         std::printf("- %s: %s at %.2f s (%.1f mm deep), %s: %s at %.2f s (%.1f mm deep)\n", job.name.c_str(),
-                    std::string(name(job.base.outcome)).c_str(), job.base.ended_s, 1e3 * job.base.penetration_m,
-                    label, std::string(name(other->outcome)).c_str(), other->ended_s,
-                    1e3 * other->penetration_m);
+                    std::string(name(job.base.outcome)).c_str(), job.base.ended_s,
+                    1e3 * job.base.penetration_m, label, std::string(name(other->outcome)).c_str(),
+                    other->ended_s, 1e3 * other->penetration_m);
   }
-  std::printf("\n| trials | agree at half the step | with twice the iterations | lost | error | deepest mm | "
-              "us/step | trials/s |\n|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "\n| trials | agree at half the step | with twice the iterations | lost | error | deepest mm | "
+      "us/step | trials/s |\n|---|---|---|---|---|---|---|---|\n");
   for (const auto& [kind, c] : kinds)
     std::printf("| %s: %d | %d = %.1f %% | %d = %.1f %% | %d | %d | %.2f | %.1f | %.1f |\n", kind.c_str(),
                 c.trials, c.half, 100.0 * c.half / c.trials, c.twice, 100.0 * c.twice / c.trials, c.lost,

@@ -1,9 +1,10 @@
-// Does the force test hang on its step, its iterations, or its short cuts? Grasps made on noisy copies of every mesh of
-// a folder, tested on the true mesh:
+// Does the force test hang on its step, its iterations, or its short cuts? Grasps made on noisy copies of
+// every mesh of a folder, tested on the true mesh:
 //   force_steps_study FOLDER [--noise M] [--seeds N] [--grasps N] [--hand NAME] [--only a,b]
-// Each push runs as it is; at half the step; with twice the iterations; without the early end at rest; and from one
-// settled state that all six pushes of a grasp share (rebuilt with a cold contact cache). Agreement of outcomes, also of
-// the pushes outside the margin band (drift 8-12 mm, displacement 40-60 mm, turns 12-18 deg), and processor time.
+// Each push runs as it is; at half the step; with twice the iterations; without the early end at rest; and
+// from one settled state that all six pushes of a grasp share (rebuilt with a cold contact cache). Agreement
+// of outcomes, also of the pushes outside the margin band (drift 8-12 mm, displacement 40-60 mm, turns 12-18
+// deg), and processor time.
 #include <array>
 #include <cstdio>
 #include <ctime>
@@ -11,6 +12,7 @@
 
 #include "physics/force_trial.h"
 #include "physics/phase.h"
+
 #include "tests/bench/study_grasps.h"
 
 namespace geocage::bench {
@@ -101,7 +103,8 @@ void run(Grasp& grasp, const physics::ObjectBody& body, const hands::Hand& hand,
 }
 
 void print(const std::vector<Grasp>& grasps) {
-  std::printf("| variant | same outcome | outside the margin band | held | trials/s |\n|---|---|---|---|---|\n");
+  std::printf(
+      "| variant | same outcome | outside the margin band | held | trials/s |\n|---|---|---|---|---|\n");
   for (int v = 0; v < variants; ++v) {
     int all = 0, same = 0, clear = 0, same_clear = 0, held = 0;
     double seconds = 0;

@@ -1,9 +1,9 @@
-// Are the outcomes Bullet's alone? Grasps made on noisy copies of every mesh of a folder, tested on the true mesh by
-// Bullet (signed distance field) and by MuJoCo (convex parts), and cases whose answer is known:
+// Are the outcomes Bullet's alone? Grasps made on noisy copies of every mesh of a folder, tested on the true
+// mesh by Bullet (signed distance field) and by MuJoCo (convex parts), and cases whose answer is known:
 //   mujoco_study FOLDER [--tier cage|force|known|all] [--noise M] [--seeds N] [--grasps N] [--hand NAME]
 //                [--only a,b] [--part-mm T] [--mujoco-dt S] [--impratio R]
-// --part-mm: how far a convex part may be outside the solid. --mujoco-dt: MuJoCo's step; its contacts have twice
-// that as their time constant.
+// --part-mm: how far a convex part may be outside the solid. --mujoco-dt: MuJoCo's step; its contacts have
+// twice that as their time constant.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,6 +15,7 @@
 #include "physics/force_trial.h"
 #include "physics/formula_field.h"
 #include "physics/locked_hand.h"
+
 #include "tests/bench/mujoco_world.h"
 #include "tests/bench/study_grasps.h"
 
@@ -50,8 +51,8 @@ Outcome mujoco_pull(const Settings& settings, const physics::LockedHand& locked,
     world.damp(kept);
     if (!world.finite() || world.penetration_m() > protocol.max_penetration_m) return Outcome::error;
     const Pose X = world.X_WO();
-    if (i % look == 0 && (locked.escape.gone(X) ||
-                          (locked.escape.beside(X) && locked.escape.straight_way_out(X))))
+    if (i % look == 0 &&
+        (locked.escape.gone(X) || (locked.escape.beside(X) && locked.escape.straight_way_out(X))))
       return Outcome::lost;
     const bool rests =
         world.speed_m_s() < protocol.rest_speed_m_s && world.spin_rad_s() < protocol.rest_spin_rad_s;
@@ -75,7 +76,8 @@ Outcome mujoco_push(const Settings& settings, const physics::Protocol& protocol,
     const Vec3 center = body.X_OB.translation();
     for (int i = 0; i < steps; ++i) {
       world.step(force);
-      if (!world.finite() || world.penetration_m() > posture.penetration_m + protocol.max_penetration_growth_m)
+      if (!world.finite() ||
+          world.penetration_m() > posture.penetration_m + protocol.max_penetration_growth_m)
         return Outcome::error;
       const Pose now = world.X_WO();
       if ((now * center - start * center).norm() >= most_m || turn_of(start, now) >= most_rad)
@@ -99,8 +101,8 @@ struct Compared {
 void print(const char* tier, const std::vector<Compared>& trials) {
   std::size_t agree = 0;
   for (const Compared& trial : trials) agree += trial.bullet == trial.mujoco;
-  std::printf("\n%s: %zu trials, the same outcome in %zu = %.1f %%\n\n| Bullet \\ MuJoCo |", tier, trials.size(),
-              agree, trials.empty() ? 0 : 100.0 * agree / trials.size());
+  std::printf("\n%s: %zu trials, the same outcome in %zu = %.1f %%\n\n| Bullet \\ MuJoCo |", tier,
+              trials.size(), agree, trials.empty() ? 0 : 100.0 * agree / trials.size());
   for (const Outcome column : physics::outcomes) std::printf(" %s |", std::string(name(column)).c_str());
   std::printf("\n|---|---|---|---|---|---|\n");
   for (const Outcome row : physics::outcomes) {
@@ -117,8 +119,8 @@ void print(const char* tier, const std::vector<Compared>& trials) {
                   std::string(name(trial.mujoco)).c_str());
 }
 
-void compare(const StudyObject& object, const hands::Hand& hand, const Settings& settings, bool cage, bool force,
-             std::vector<Compared>& pulls, std::vector<Compared>& pushes) {
+void compare(const StudyObject& object, const hands::Hand& hand, const Settings& settings, bool cage,
+             bool force, std::vector<Compared>& pulls, std::vector<Compared>& pushes) {
   const physics::Protocol& protocol = physics::find_protocol("geocage-force");
   const auto body = physics::solid_body(object.mesh, object.field, protocol.mass_kg);
   const double radius_m = physics::radius_about_m(object.mesh, body.X_OB.translation());
@@ -136,10 +138,9 @@ void compare(const StudyObject& object, const hands::Hand& hand, const Settings&
     for (const auto& way : physics::six_directions()) {
       if (cage) {
         const auto locked = physics::lock({}, body, radius_m, hand, grasp.X_OH, q);
-        pulls.push_back(
-            {label + way.name,
-             physics::pull_trial(locked.protocol, body, locked.escape, way.axis_O, 0).outcome,
-             mujoco_pull(settings, locked, body, parts, way.axis_O)});
+        pulls.push_back({label + way.name,
+                         physics::pull_trial(locked.protocol, body, locked.escape, way.axis_O, 0).outcome,
+                         mujoco_pull(settings, locked, body, parts, way.axis_O)});
       }
       if (force) {
         const auto posture = physics::posture_at(hand, object.field, grasp.X_OH, q);
@@ -165,8 +166,8 @@ physics::ConvexPart box_part(const Vec3& half) {
   return part;
 }
 
-/// A cube between the pads of a gripper. One motor of F drives both jaws, so F dx = (N + N) dx and each presses
-/// with F / 2: along the pads 2 mu F / 2 = mu F holds.
+/// A cube between the pads of a gripper. One motor of F drives both jaws, so F dx = (N + N) dx and each
+/// presses with F / 2: along the pads 2 mu F / 2 = mu F holds.
 void pinched_cube(const Settings& settings) {
   const auto hand = hands::load_hand("parallel_2f");
   const Vec3 half = Vec3::Constant(0.0125);
@@ -183,13 +184,14 @@ void pinched_cube(const Settings& settings) {
   const auto posture = physics::posture_at(hand, field, X_OH, q);
   physics::Protocol protocol = physics::find_protocol("geocage-force");
   const double limit = protocol.engine.friction * protocol.grip.force_limit_n / mass;
-  for (const auto& [label, way] : {std::pair{"across the pads", Vec3(1, 0, 0)}, {"along the pads", Vec3(0, 0, 1)}}) {
+  for (const auto& [label, way] :
+       {std::pair{"across the pads", Vec3(1, 0, 0)}, {"along the pads", Vec3(0, 0, 1)}}) {
     const auto holds = [&](bool bullet, double push) {
       physics::Protocol tested = protocol;
       tested.acceleration_m_s2 = push;
-      const Outcome outcome =
-          bullet ? physics::push_trial(tested, cube, hand, posture, way, 0).outcome
-                 : mujoco_push(settings, tested, cube, {box_part(half)}, hand, posture, way);
+      const Outcome outcome = bullet
+                                  ? physics::push_trial(tested, cube, hand, posture, way, 0).outcome
+                                  : mujoco_push(settings, tested, cube, {box_part(half)}, hand, posture, way);
       return outcome == Outcome::held;
     };
     const double b = largest(0, 2 * limit, [&](double push) { return holds(true, push); });
@@ -213,7 +215,8 @@ void incline(const Settings& settings) {
       mass / 3 * Vec3(square.y() + square.z(), square.x() + square.z(), square.x() + square.y())};
   hands::Hand rails;
   rails.name = "rails", rails.tree.links = {"base"};
-  for (const double y : {-0.03, 0.03}) rails.capsules.push_back({0, Vec3(-0.3, y, 0), Vec3(0.3, y, 0), radius});
+  for (const double y : {-0.03, 0.03})
+    rails.capsules.push_back({0, Vec3(-0.3, y, 0), Vec3(0.3, y, 0), radius});
   Pose X_OH = Pose::Identity();
   X_OH.translation().z() = -(radius + half.z());
   const auto slips = [&](bool bullet, double slope) {
@@ -234,8 +237,9 @@ void incline(const Settings& settings) {
               std::atan(settings.mujoco.friction) / deg, found[1], found[0]);
 }
 
-/// A ring on a bar, pulled in the plane and along the bar. With end stops nothing gets it off; without them the way
-/// along the bar is straight and free, which is an escape by rule, whichever way it is pulled (escape_test.h).
+/// A ring on a bar, pulled in the plane and along the bar. With end stops nothing gets it off; without them
+/// the way along the bar is straight and free, which is an escape by rule, whichever way it is pulled
+/// (escape_test.h).
 void ring_on_bar(const Settings& settings) {
   const double R = 0.05, r = 0.008, bar_m = 0.006, mass = 0.1;
   const auto field = physics::filled(Vec3(0.09, 0.09, 0.04), 0.002, [&](const Vec3& p) {
@@ -244,7 +248,8 @@ void ring_on_bar(const Settings& settings) {
   const double along = mass * (R * R + 0.75 * r * r), across = mass * (0.5 * R * R + 0.625 * r * r);
   const physics::ObjectBody ring{&field, mass, Pose::Identity(), Vec3(across, across, along)};
   constexpr int around = 48, about = 16;
-  std::vector<physics::ConvexPart> parts(around);  // slices of a torus through whose rim the facets' corners go
+  std::vector<physics::ConvexPart> parts(
+      around);  // slices of a torus through whose rim the facets' corners go
   const auto point = [&](double u, double v) {
     return Vec3((R + r * std::cos(v)) * std::cos(u), (R + r * std::cos(v)) * std::sin(u), r * std::sin(v));
   };
@@ -309,7 +314,8 @@ int main(int argc, char** argv) {
   if (tier == "known") return 0;
   const auto hand = geocage::hands::load_hand(options.hand);
   const auto objects = study_grasps(options, hand);
-  std::printf("\n| object | convex parts | voxel Euler characteristic, pieces | volume %% |\n|---|---|---|---|\n");
+  std::printf(
+      "\n| object | convex parts | voxel Euler characteristic, pieces | volume %% |\n|---|---|---|---|\n");
   std::vector<Compared> pulls, pushes;
   for (const StudyObject& object : objects)
     compare(object, hand, settings, tier != "force", tier != "cage", pulls, pushes);

@@ -23,18 +23,19 @@ std::string text(const Eigen::Matrix3d& R) {
   return fmt::format("{:.12g} {:.12g} {:.12g} {:.12g}", q.w(), q.x(), q.y(), q.z());
 }
 std::string at(const Pose& X) {
-  return fmt::format("pos=\"{}\" quat=\"{}\"", text(Vec3(X.translation())), text(Eigen::Matrix3d(X.linear())));
+  return fmt::format("pos=\"{}\" quat=\"{}\"", text(Vec3(X.translation())),
+                     text(Eigen::Matrix3d(X.linear())));
 }
 
 /// The hand's geoms meet the object's, not each other: its bits are 1 and 0, the object's 0 and 1.
 std::string capsule(const Vec3& a, const Vec3& b, double radius, double density, double friction) {
-  const std::string shape =
-      (b - a).norm() < 1e-9
-          ? fmt::format("type=\"sphere\" pos=\"{}\"", text(a))
-          : fmt::format("type=\"capsule\" fromto=\"{} {}\"", text(a), text(b));
-  return fmt::format("<geom {} size=\"{:.9g}\" contype=\"1\" conaffinity=\"0\" density=\"{:.9g}\" "
-                     "friction=\"{:.9g} 0 0\"/>\n",
-                     shape, radius, density, friction);
+  const std::string shape = (b - a).norm() < 1e-9
+                                ? fmt::format("type=\"sphere\" pos=\"{}\"", text(a))
+                                : fmt::format("type=\"capsule\" fromto=\"{} {}\"", text(a), text(b));
+  return fmt::format(
+      "<geom {} size=\"{:.9g}\" contype=\"1\" conaffinity=\"0\" density=\"{:.9g}\" "
+      "friction=\"{:.9g} 0 0\"/>\n",
+      shape, radius, density, friction);
 }
 
 std::string body_of(const hands::Hand& hand, int link, const MujocoSettings& settings) {
@@ -50,11 +51,12 @@ std::string body_of(const hands::Hand& hand, int link, const MujocoSettings& set
     if (joint.parent_link != link) continue;
     xml += fmt::format("<body name=\"link{}\" {}>\n", joint.child_link, at(joint.X_PJ));
     if (joint.type != hands::Joint::Type::fixed)
-      xml += fmt::format("<joint name=\"{}\" type=\"{}\" axis=\"{}\" limited=\"{}\" range=\"{:.9g} {:.9g}\"/>\n",
-                         joint.name, joint.type == hands::Joint::Type::prismatic ? "slide" : "hinge",
-                         text(joint.axis_J), std::isfinite(joint.upper_rad) ? "true" : "false",
-                         std::isfinite(joint.lower_rad) ? joint.lower_rad : 0.0,
-                         std::isfinite(joint.upper_rad) ? joint.upper_rad : 0.0);
+      xml +=
+          fmt::format("<joint name=\"{}\" type=\"{}\" axis=\"{}\" limited=\"{}\" range=\"{:.9g} {:.9g}\"/>\n",
+                      joint.name, joint.type == hands::Joint::Type::prismatic ? "slide" : "hinge",
+                      text(joint.axis_J), std::isfinite(joint.upper_rad) ? "true" : "false",
+                      std::isfinite(joint.lower_rad) ? joint.lower_rad : 0.0,
+                      std::isfinite(joint.upper_rad) ? joint.upper_rad : 0.0);
     xml += body_of(hand, joint.child_link, settings) + "</body>\n";
   }
   return xml;
@@ -73,21 +75,25 @@ void MujocoWorld::load(const physics::ObjectBody& object, const std::vector<Conv
     meshes += fmt::format("<mesh name=\"part{}\" vertex=\"", i);
     for (const Vec3& p : parts[i].vertices_O) meshes += text(object.X_OB.inverse() * p) + " ";
     meshes += "\"/>\n";
-    geoms += fmt::format("<geom type=\"mesh\" mesh=\"part{}\" contype=\"0\" conaffinity=\"1\" "
-                         "friction=\"{:.9g} 0 0\" mass=\"1e-9\"/>\n",
-                         i, settings_.friction);
+    geoms += fmt::format(
+        "<geom type=\"mesh\" mesh=\"part{}\" contype=\"0\" conaffinity=\"1\" "
+        "friction=\"{:.9g} 0 0\" mass=\"1e-9\"/>\n",
+        i, settings_.friction);
   }
   // MuJoCo takes the larger of two coefficients; both are the same here.
   xml_ = fmt::format(
-      "<mujoco>\n<compiler angle=\"radian\" boundmass=\"1e-6\" boundinertia=\"1e-9\" balanceinertia=\"true\"/>\n"
-      "<option timestep=\"{:.9g}\" gravity=\"0 0 0\" cone=\"elliptic\" impratio=\"{:.9g}\" integrator=\"implicit\" "
+      "<mujoco>\n<compiler angle=\"radian\" boundmass=\"1e-6\" boundinertia=\"1e-9\" "
+      "balanceinertia=\"true\"/>\n"
+      "<option timestep=\"{:.9g}\" gravity=\"0 0 0\" cone=\"elliptic\" impratio=\"{:.9g}\" "
+      "integrator=\"implicit\" "
       "solver=\"Newton\" iterations=\"50\"/>\n<size nconmax=\"1000\" njmax=\"4000\"/>\n"
       "<default><geom condim=\"{}\" solref=\"{:.9g} 1\" solimp=\"0.95 0.99 {:.9g}\"/></default>\n"
       "<asset>\n{}</asset>\n<worldbody>\n{}"
       "<body name=\"object\" {}>\n<freejoint/>\n<inertial pos=\"0 0 0\" mass=\"{:.9g}\" "
       "diaginertia=\"{}\"/>\n{}</body>\n</worldbody>\n{}</mujoco>\n",
-      settings_.dt_s, settings_.impratio, settings_.friction > 0 ? 3 : 1, settings_.contact_s, settings_.width_m, meshes, hand,
-      at(object.X_OB), object.mass_kg, text(object.inertia_kg_m2), geoms, rest);
+      settings_.dt_s, settings_.impratio, settings_.friction > 0 ? 3 : 1, settings_.contact_s,
+      settings_.width_m, meshes, hand, at(object.X_OB), object.mass_kg, text(object.inertia_kg_m2), geoms,
+      rest);
   X_OB_ = object.X_OB;
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
@@ -119,15 +125,18 @@ MujocoWorld::MujocoWorld(const MujocoSettings& settings, const physics::ObjectBo
   for (const hands::Joint& joint : hand.tree.joints) {
     if (joint.type == hands::Joint::Type::fixed) continue;
     if (leads(hand, joint))
-      actuators += fmt::format("<general name=\"{0}\" joint=\"{0}\" biastype=\"affine\" gainprm=\"1\" "
-                               "biasprm=\"0 0 -1\" forcelimited=\"true\" forcerange=\"-1 1\"/>\n",
-                               joint.name);
+      actuators += fmt::format(
+          "<general name=\"{0}\" joint=\"{0}\" biastype=\"affine\" gainprm=\"1\" "
+          "biasprm=\"0 0 -1\" forcelimited=\"true\" forcerange=\"-1 1\"/>\n",
+          joint.name);
     else
-      couplings += fmt::format("<joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{:.9g} {:.9g} 0 0 0\" "
-                               "solref=\"0.004 1\"/>\n",
-                               joint.name, hand.tree.dof_names[joint.dof], joint.offset_rad, joint.multiplier);
+      couplings += fmt::format(
+          "<joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{:.9g} {:.9g} 0 0 0\" "
+          "solref=\"0.004 1\"/>\n",
+          joint.name, hand.tree.dof_names[joint.dof], joint.offset_rad, joint.multiplier);
   }
-  load(object, parts, fmt::format("<body name=\"link0\" {}>\n{}</body>\n", at(X_OH), body_of(hand, 0, settings)),
+  load(object, parts,
+       fmt::format("<body name=\"link0\" {}>\n{}</body>\n", at(X_OH), body_of(hand, 0, settings)),
        "<actuator>\n" + actuators + "</actuator>\n<equality>\n" + couplings + "</equality>\n");
   for (const hands::Joint& joint : hand.tree.joints) {
     if (joint.type == hands::Joint::Type::fixed) continue;
@@ -155,7 +164,8 @@ void MujocoWorld::hold(const hands::Hand& hand, const Eigen::VectorXd& q_target,
     const double kv = effort / (0.1 * most);
     model_->actuator_gainprm[actuator * mjNGAIN] = kv;
     model_->actuator_biasprm[actuator * mjNBIAS + 2] = -kv;
-    model_->actuator_forcerange[2 * actuator] = -effort, model_->actuator_forcerange[2 * actuator + 1] = effort;
+    model_->actuator_forcerange[2 * actuator] = -effort,
+                                    model_->actuator_forcerange[2 * actuator + 1] = effort;
     motors_.push_back({mj_name2id(model_, mjOBJ_JOINT, joint.name.c_str()), actuator, q_target[joint.dof],
                        grip.gain_1ps, most});
   }

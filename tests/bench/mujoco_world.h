@@ -23,12 +23,14 @@ struct MujocoSettings {
   double hand_density_kg_m3 = 2000;
 };
 
-/// One object, as convex parts, and a hand or fixed capsules in MuJoCo (Todorov et al. 2012): elliptic cones, Newton's method, gravity off. World axes are those of O at the start.
+/// One object, as convex parts, and a hand or fixed capsules in MuJoCo (Todorov et al. 2012): elliptic cones,
+/// Newton's method, gravity off. World axes are those of O at the start.
 class MujocoWorld {
  public:
   /// Capsules that never move, without friction.
   MujocoWorld(const MujocoSettings& settings, const physics::ObjectBody& object,
-              const std::vector<physics::ConvexPart>& parts, const std::vector<hands::PlacedCapsule>& walls_O);
+              const std::vector<physics::ConvexPart>& parts,
+              const std::vector<hands::PlacedCapsule>& walls_O);
   /// A hand with motors that ask for gain * error, at most the speed limit, with `grip`'s efforts.
   MujocoWorld(const MujocoSettings& settings, const physics::ObjectBody& object,
               const std::vector<physics::ConvexPart>& parts, const hands::Hand& hand,

@@ -1,5 +1,5 @@
-// Time of a step and of a trial of each tier, one thread. A ball of 70 mm in the three closed fingers of the SDH: 13
-// capsules of a locked hand, or an articulated body whose motors squeeze; and a dumbbell's bare step.
+// Time of a step and of a trial of each tier, one thread. A ball of 70 mm in the three closed fingers of the
+// SDH: 13 capsules of a locked hand, or an articulated body whose motors squeeze; and a dumbbell's bare step.
 //   physics_bench [--benchmark_filter=...]
 #include <numbers>
 
@@ -70,8 +70,8 @@ void wrench_trial(benchmark::State& state) {
   std::uint64_t seed = 0;
   double steps = 0;
   for (auto _ : state)
-    steps += physics::wrench_trial(locked.protocol, s.body, locked.escape, static_cast<double>(state.range(0)),
-                                   seed++)
+    steps += physics::wrench_trial(locked.protocol, s.body, locked.escape,
+                                   static_cast<double>(state.range(0)), seed++)
                  .steps;
   state.counters["trials/s"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
@@ -85,8 +85,8 @@ void push_trial(benchmark::State& state) {
   const auto posture = physics::posture_at(s.hand, s.field, s.X_OH, s.q);
   std::size_t i = 0;
   for (auto _ : state)
-    benchmark::DoNotOptimize(physics::push_trial(protocol, s.body, s.hand, posture,
-                                                 physics::six_directions()[i++ % 6].axis_O, 0));
+    benchmark::DoNotOptimize(
+        physics::push_trial(protocol, s.body, s.hand, posture, physics::six_directions()[i++ % 6].axis_O, 0));
   state.counters["trials/s"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }

@@ -54,8 +54,8 @@ std::vector<StudyObject> study_grasps(const StudyOptions& options, const hands::
       const auto even = stages::remesh(remesh, run, mesh);
       StudyObject object{name, mesh, stages::field({}, run, mesh), {}};
       for (int seed = 0; seed < options.seeds; ++seed) {
-        const auto noisy = geometry::with_vertex_noise(even, options.noise_m, geometry::NoiseDirection::normal,
-                                                       static_cast<std::uint64_t>(seed));
+        const auto noisy = geometry::with_vertex_noise(
+            even, options.noise_m, geometry::NoiseDirection::normal, static_cast<std::uint64_t>(seed));
         std::ranges::move(grasps_of(noisy, options, hand, name).grasps,
                           std::back_inserter(object.grasps.grasps));
       }

@@ -3,9 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "physics/posture.h"
+
 #include "geometry/distance_field.h"
 #include "hands/grasp.h"
-#include "physics/posture.h"
 
 namespace geocage::bench {
 
@@ -20,7 +21,7 @@ struct StudyObject {
 struct StudyOptions {
   std::string folder, hand = "schunk_sdh";
   double noise_m = 0.002;
-  int seeds = 2, grasps = 5;  ///< noisy copies of each object; grasps of each copy
+  int seeds = 2, grasps = 5;      ///< noisy copies of each object; grasps of each copy
   std::vector<std::string> only;  ///< names of objects; empty: all
 };
 

@@ -90,7 +90,8 @@ TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
   const Ended stages = geocage({"stages", "--json"});
   const json list = json::parse(stages.out)["stages"];
   std::size_t folders = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(GEOCAGE_STAGES)) folders += entry.is_directory();
+  for (const auto& entry : std::filesystem::directory_iterator(GEOCAGE_STAGES))
+    folders += entry.is_directory();
   EXPECT_EQ(list.size(), folders);
   for (const auto& stage : list) {
     const Ended params = geocage({"params", stage["stage"], "--json"});

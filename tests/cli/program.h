@@ -19,8 +19,8 @@ void geocage_killed(const std::vector<std::string>& arguments, int milliseconds)
 /// Starts it and interrupts it (SIGINT) after `milliseconds`.
 Ended geocage_interrupted(const std::vector<std::string>& arguments, int milliseconds);
 
-/// Runs it to its end, and kills (SIGKILL) `kills` of its child processes meanwhile, one at a time with random
-/// pauses of at most `pause_ms`.
+/// Runs it to its end, and kills (SIGKILL) `kills` of its child processes meanwhile, one at a time with
+/// random pauses of at most `pause_ms`.
 Ended geocage_with_workers_killed(const std::vector<std::string>& arguments, int kills, int pause_ms,
                                   unsigned seed);
 

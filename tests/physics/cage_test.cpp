@@ -122,8 +122,8 @@ TEST(Cage, damped_falls_reach_the_closed_forms_speed) {
   EXPECT_NEAR(world.velocity_m_s().z(), -speed, 1e-9);
 }
 
-// A capsule that starts 2 mm inside a ball moves out by 2 mm and the gap, along the line of centres; one that is
-// free stays where it is, bit by bit.
+// A capsule that starts 2 mm inside a ball moves out by 2 mm and the gap, along the line of centres; one that
+// is free stays where it is, bit by bit.
 TEST(Cage, fingers_that_start_inside_back_off_by_their_depth) {
   const double ball_m = 0.03, finger_m = 0.01, deep_m = 0.002, gap_m = 5e-5;
   const auto field = filled(Vec3::Constant(0.07), 0.002, [&](const Vec3& p) { return p.norm() - ball_m; });
@@ -153,8 +153,7 @@ TEST(Cage, a_recording_shows_the_trial_and_does_not_change_it) {
   const CageProtocol protocol;
   Recording recording;
   recording.see(0, "start", Pose::Identity(), Pose::Identity(), Eigen::VectorXd(0));
-  const CageTrial seen =
-      pull_trial(protocol, ring(), around_ring(false), Vec3::UnitZ(), 0, &recording);
+  const CageTrial seen = pull_trial(protocol, ring(), around_ring(false), Vec3::UnitZ(), 0, &recording);
   const CageTrial unseen = pull_trial(protocol, ring(), around_ring(false), Vec3::UnitZ(), 0);
   EXPECT_EQ(seen.ended_s, unseen.ended_s);
   EXPECT_EQ(seen.max_displacement_m, unseen.max_displacement_m);

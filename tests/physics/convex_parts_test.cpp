@@ -17,8 +17,8 @@ Eigen::AlignedBox3d box_of(const geometry::TriangleMesh& mesh) {
   return box;
 }
 
-// A ball has the Euler characteristic 1, a ring 0, a hollow ball 2 (half of its two spheres' 4), two balls 2 in
-// two pieces.
+// A ball has the Euler characteristic 1, a ring 0, a hollow ball 2 (half of its two spheres' 4), two balls 2
+// in two pieces.
 TEST(VoxelShape, counts_handles_hollows_and_pieces) {
   const Eigen::AlignedBox3d box(Vec3::Constant(-0.07), Vec3::Constant(0.07));
   const auto shape = [&](auto&& inside) { return voxel_shape(box, 0.002, inside); };
@@ -66,8 +66,8 @@ TEST(ConvexParts, and_field_keep_the_genus) {
   }
 }
 
-// No point of a part is outside by more than the tolerance and what may hide between two looks (half a diagonal
-// of the look's cell), and no point that is 0.5 mm inside is left out.
+// No point of a part is outside by more than the tolerance and what may hide between two looks (half a
+// diagonal of the look's cell), and no point that is 0.5 mm inside is left out.
 TEST(ConvexParts, stay_close_to_the_solid_and_cover_it) {
   const double R = 0.04, r = 0.01;
   const auto mesh = datasets::torus(R, r, 96, 48);

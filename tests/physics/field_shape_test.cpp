@@ -47,9 +47,9 @@ TEST(FieldContacts, of_a_flat_face_reach_to_its_edges) {
   EXPECT_GT(high, half.x() - 0.0045);
 }
 
-// A finger along a groove of two walls at a right angle meets both, each with its own normal and gap, and gets no
-// bisector between them. The field is linear on either side of the crease, so slopes and gaps are exact but for
-// single precision.
+// A finger along a groove of two walls at a right angle meets both, each with its own normal and gap, and
+// gets no bisector between them. The field is linear on either side of the crease, so slopes and gaps are
+// exact but for single precision.
 TEST(FieldContacts, of_a_groove_are_its_two_walls) {
   const auto field = filled(Vec3::Constant(0.04), 0.002, [](const Vec3& p) {
     return std::min(p.z() - p.x(), p.z() + p.x()) / std::sqrt(2.0);
@@ -68,8 +68,8 @@ TEST(FieldContacts, of_a_groove_are_its_two_walls) {
   EXPECT_TRUE(left && right);
 }
 
-// A finger across a hollow rests on both rims, though one is 0.2 mm deeper than the other: two balls, a capsule over
-// both, and every place of the axis within reach.
+// A finger across a hollow rests on both rims, though one is 0.2 mm deeper than the other: two balls, a
+// capsule over both, and every place of the axis within reach.
 TEST(FieldContacts, of_a_hollow_are_all_its_rims) {
   const double R = 0.02, r = 0.01, apart = 0.006, lower = 2e-4;
   const auto field = filled(Vec3::Constant(0.045), 0.0015, [&](const Vec3& p) {
@@ -81,8 +81,10 @@ TEST(FieldContacts, of_a_hollow_are_all_its_rims) {
   bool left = false, right = false;
   for (int i = 0; i < found.size; ++i) {
     // A sample of 4 mm is refined to 1 % of 8 mm; the field errs by h^2 / (4 d) = 0.02 mm.
-    left |= std::abs(found.items[i].p_O.x() + apart) < 5e-4 && std::abs(found.items[i].value_m - r - 1e-4) < 5e-5;
-    right |= std::abs(found.items[i].p_O.x() - apart) < 5e-4 && std::abs(found.items[i].value_m - r - 3e-4) < 5e-5;
+    left |=
+        std::abs(found.items[i].p_O.x() + apart) < 5e-4 && std::abs(found.items[i].value_m - r - 1e-4) < 5e-5;
+    right |=
+        std::abs(found.items[i].p_O.x() - apart) < 5e-4 && std::abs(found.items[i].value_m - r - 3e-4) < 5e-5;
   }
   EXPECT_TRUE(left && right);
 }

@@ -115,9 +115,10 @@ TEST(World, a_ring_on_a_bar_stays_in_its_plane_and_leaves_along_the_bar) {
   EXPECT_GT(hang(Vec3::UnitZ()).farthest_m, 1);
 }
 
-// Without friction the bar's push goes through the ring's centre, so the ring does not turn and its centre swings as a
-// point on a string of L = R - r - bar: T = 2 pi sqrt(L / g) (1 + a^2 / 16). The field errs by 0.1 mm of 36, contacts
-// give way by less, and the time step shifts a crossing by half a ms of 94: 1 % in all.
+// Without friction the bar's push goes through the ring's centre, so the ring does not turn and its centre
+// swings as a point on a string of L = R - r - bar: T = 2 pi sqrt(L / g) (1 + a^2 / 16). The field errs by
+// 0.1 mm of 36, contacts give way by less, and the time step shifts a crossing by half a ms of 94: 1 % in
+// all.
 TEST(World, a_ring_on_a_bar_swings_as_a_pendulum) {
   const double R = 0.05, r = 0.008, bar = 0.006, mass = 0.1, length = R - r - bar, angle = 10 * deg;
   const auto field =

@@ -97,8 +97,7 @@ class Report : public testing::Test {
                "counts": {"held": 1, "lost": 1, "rejected": 0, "unsettled": 0, "error": 0}, "valid": true,
                "controls": [{"name": "hand 1 m away", "rule": "no trial may hold", "grasps": 1, "trials": 6, "held": )"
         << null_held << R"(, "passed": 0, "ok": )" << (null_held == 0 ? "true" : "false")
-        << R"(}], "evaluations": [)"
-        << evaluation(0, "lost", "-z moved it 61 mm & turned it", false) << ","
+        << R"(}], "evaluations": [)" << evaluation(0, "lost", "-z moved it 61 mm & turned it", false) << ","
         << evaluation(1, "held", "", true) << "]}";
     return folder_ / "evaluations";
   }

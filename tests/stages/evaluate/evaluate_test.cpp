@@ -7,14 +7,14 @@
 #include <numeric>
 #include <sstream>
 
+#include "physics/force_trial.h"
+#include "physics/world.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <omp.h>
 
 #include "hands/closing.h"
 #include "pipeline/error.h"
-#include "physics/force_trial.h"
-#include "physics/world.h"
 #include "tests/physics/scenes.h"
 
 namespace geocage::stages {
@@ -169,7 +169,8 @@ TEST(Evaluate, counts_add_up_and_files_read_back) {
   EXPECT_EQ(file["counts"]["rejected"], 1);
 }
 
-// Of the first simulated grasp the lift and every push: from the grasp's own pose through closing to the end, joints and all.
+// Of the first simulated grasp the lift and every push: from the grasp's own pose through closing to the end,
+// joints and all.
 TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
   const Evaluations all = evaluated({pierced_grasp(), closed_grasp(), open_grasp()}, {}, 1);
   ASSERT_EQ(all.recordings.size(), 7u);
@@ -194,12 +195,13 @@ TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
 }
 
 // The sample is spread over all pushes; a steady grasp tells the same at half the step.
-// The pads of a gripper press with half of their one motor's force F each, F dx = (N + N) dx: across and along them
-// friction holds a cube against 2 mu F / 2, and no more.
+// The pads of a gripper press with half of their one motor's force F each, F dx = (N + N) dx: across and
+// along them friction holds a cube against 2 mu F / 2, and no more.
 TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
   const hands::Hand gripper = hands::load_hand("parallel_2f");
   const Vec3 half = Vec3::Constant(0.0125);
-  const auto field = filled(Vec3::Constant(0.05), 0.001, [&](const Vec3& p) { return physics::box_distance(p, half); });
+  const auto field =
+      filled(Vec3::Constant(0.05), 0.001, [&](const Vec3& p) { return physics::box_distance(p, half); });
   const ObjectBody cube = physics::box_body(field, half, 0.1);
   Pose X_OH = Pose::Identity();
   X_OH.translation().z() = -(0.112 + 0.01875);  // the middle of its pads
@@ -254,7 +256,8 @@ TEST(Lift, a_firm_grasp_holds_until_the_hand_opens) {
   double highest = 0;
   for (const auto& frame : film.frames) highest = std::max(highest, frame.X_WH.translation().z());
   const double start = film.frames.front().X_WH.translation().z();
-  // 20 cm of lift and 5 cm of shaking at 2 Hz, which frames of 0.04 s may miss by 5 cm (2 pi 2 / s 0.02 s)^2 / 2.
+  // 20 cm of lift and 5 cm of shaking at 2 Hz, which frames of 0.04 s may miss by 5 cm (2 pi 2 / s 0.02 s)^2
+  // / 2.
   EXPECT_NEAR(highest - start, 0.25, 0.05 * std::pow(4 * std::numbers::pi * 0.02, 2) / 2 + 1e-3);
 }
 
@@ -274,7 +277,8 @@ TEST(Lift, a_free_object_falls_freely_in_the_world) {
     if (frame.phase == "settle") begun_s = frame.time_s;
     if (frame.phase != "lift") continue;
     const double t = frame.time_s - begun_s;
-    // The palm's own path is known exactly, its acceleration is held over a step: (a dt) t / 2 = 1e-4 at 0.1 s.
+    // The palm's own path is known exactly, its acceleration is held over a step: (a dt) t / 2 = 1e-4 at 0.1
+    // s.
     EXPECT_NEAR(frame.X_WO.translation().z(), -9.81 * t * (t + 1e-3) / 2, 2e-4) << t;
     ++seen;
   }
@@ -288,8 +292,8 @@ TEST(Margins, tell_a_firm_grasp_from_an_open_hand) {
   quick.settle_s = 0.3, quick.push_s = 0.5;
   physics::MarginRule rule;
   rule.draws = 2, rule.halvings = 1;
-  const auto firm = physics::force_margins(quick, sphere, sdh(), closed_grasp().X_OH, above_palm(0.06).q_open,
-                                           rule, 0);
+  const auto firm =
+      physics::force_margins(quick, sphere, sdh(), closed_grasp().X_OH, above_palm(0.06).q_open, rule, 0);
   EXPECT_EQ(firm.draws, 2);
   ASSERT_TRUE(firm.friction.level && firm.push_m_s2.level && firm.noise.level);
   EXPECT_LE(*firm.friction.level, 0.6 + 0.5);
