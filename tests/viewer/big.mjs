@@ -1,5 +1,6 @@
 // big.mjs FOLDER: bytes of the report that big_report made, and how long a browser takes until its table can be used. Measures, asserts nothing.
-import { browser, join } from './common.mjs';
+import { join } from 'node:path';
+import { browser } from './chromium.mjs';
 import { readdirSync, statSync } from 'node:fs';
 const report = join(process.argv[2], 'report');
 const bytes = (folder) => readdirSync(folder, { withFileTypes: true }).reduce((sum, one) => sum + (one.isDirectory() ? bytes(join(folder, one.name)) : statSync(join(folder, one.name)).size), 0);

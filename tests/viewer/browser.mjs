@@ -1,11 +1,16 @@
 // browser.mjs PROGRAM FOLDER: a headless Chromium opens the report of the small run from disk and uses it. Screenshots stay in FOLDER/pictures.
-import { browser, end, existsSync, expect, join, mkdirSync, packageFile, run, skip, textOf } from './common.mjs';
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { end, expect, skip } from './checks.mjs';
+import { browser } from './chromium.mjs';
+import { packageFile } from './packages.mjs';
+import { run } from './small_run.mjs';
 const [program, folder] = process.argv.slice(2);
 const report = join(folder, 'report', 'index.html');
 if (!existsSync(report)) skip('there is no small run');
 const pictures = join(folder, 'pictures');
 mkdirSync(pictures, { recursive: true });
-const axe = textOf(packageFile("axe-core/axe.min.js"));
+const axe = readFileSync(packageFile("axe-core/axe.min.js"), 'utf8');
 
 async function openPage(chrome, width, address) {
   const page = await chrome.newPage({ viewport: { width, height: 860 } });
@@ -158,7 +163,7 @@ await view.close();
 await chrome.close();
 
 function graspSlot() {
-  return JSON.parse(textOf(join(folder, 'run.json'))).slots.find((slot) => slot.folder && slot.slot.includes('/place/')).slot;
+  return JSON.parse(readFileSync(join(folder, 'run.json'), 'utf8')).slots.find((slot) => slot.folder && slot.slot.includes('/place/')).slot;
 }
 
 // Without WebGL pictures remain.

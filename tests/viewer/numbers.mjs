@@ -1,6 +1,11 @@
 // numbers.mjs PROGRAM FOLDER: every number that the pages of the small run show is in an artefact, in results.csv or in the record of
 // the run; shares and intervals are worked out anew from results.csv. The text beside each value is its rounding.
-import { browser, end, existsSync, expect, join, packageOf, readdirSync, run, skip, textOf } from './common.mjs';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { end, expect, skip } from './checks.mjs';
+import { browser } from './chromium.mjs';
+import { packageOf } from './packages.mjs';
+import { run } from './small_run.mjs';
 const [program, folder] = process.argv.slice(2);
 const report = join(folder, 'report');
 if (!existsSync(join(report, 'index.html'))) skip('there is no small run');
@@ -14,9 +19,9 @@ function walk(value) {
   else if (Array.isArray(value)) value.forEach(walk);
   else if (value && typeof value === 'object') Object.values(value).forEach(walk);
 }
-const summary = JSON.parse(textOf(join(folder, 'run.json')));
+const summary = JSON.parse(readFileSync(join(folder, 'run.json'), 'utf8'));
 walk(summary);
-texts.push(textOf(join(folder, 'run.json')));
+texts.push(readFileSync(join(folder, 'run.json'), 'utf8'));
 const ledger = run(program, ['failures', '--store', 'store', '--json'], folder);
 texts.push(ledger, JSON.parse(ledger).failures.map((one) => one.sentence + '\n' + one.command).join('\n'));
 const metrics = JSON.parse(run(program, ['metrics', '*', '--store', 'store', '--json'], folder));
@@ -24,7 +29,7 @@ walk(metrics);
 for (const slot of summary.slots) {
   if (!slot.folder) continue;
   for (const name of readdirSync(join(folder, slot.folder)).filter((one) => one.endsWith('.json'))) {
-    const text = textOf(join(folder, slot.folder, name)), content = JSON.parse(text);
+    const text = readFileSync(join(folder, slot.folder, name), 'utf8'), content = JSON.parse(text);
     walk(content);
     texts.push(text);
     if (content.schema === 'geocage-trajectory 1') derived.push((content.q_rad.length - 1) * content.dt_s);
@@ -51,7 +56,7 @@ function table(text) {
   }
   return rows;
 }
-const csv = textOf(join(report, 'results.csv'));
+const csv = readFileSync(join(report, 'results.csv'), 'utf8');
 texts.push(csv);
 const [head, ...rows] = csv.trimEnd().split('\n').map((line) => table(line)[0]);
 for (const row of rows) for (const cell of row) if (cell !== '' && !Number.isNaN(Number(cell))) keep(Number(cell));

@@ -1,5 +1,8 @@
 // The pages' TypeScript has no mistake of type.
-import { existsSync, join, root, skip } from './common.mjs';
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import { skip } from './checks.mjs';
+import { root } from './packages.mjs';
 import { spawnSync } from 'node:child_process';
 const compiler = join(root, 'viewer', 'node_modules', 'typescript', 'bin', 'tsc');
 if (!existsSync(compiler)) skip('npm’s packages are not here');

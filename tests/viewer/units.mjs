@@ -1,5 +1,8 @@
 // units.mjs OUT [FOLDER]: unit tests of viewer/test, or with a small run those of its models, bundled and run by node's own runner.
-import { existsSync, join, packageOf, root, skip } from './common.mjs';
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import { skip } from './checks.mjs';
+import { packageOf, root } from './packages.mjs';
 import { spawnSync } from 'node:child_process';
 const [out, folder] = process.argv.slice(2);
 if (folder && !existsSync(join(folder, 'report', 'index.html'))) skip('there is no small run');

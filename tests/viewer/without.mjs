@@ -1,8 +1,10 @@
 // without.mjs PROGRAM FOLDER SOURCES: without node, and without the network, the build of the pages ends well and says what is missing; a
 // report is then the plain page, and says it too.
-import { end, expect, join, mkdirSync, resolve, rmSync, textOf, torus, existsSync, writeFileSync } from './common.mjs';
+import { cpSync, existsSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
+import { join, resolve } from 'node:path';
+import { end, expect } from './checks.mjs';
+import { torus } from './small_run.mjs';
 import { spawnSync } from 'node:child_process';
-import { cpSync, symlinkSync } from 'node:fs';
 const [program, folder, sources] = process.argv.slice(2);
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(join(folder, 'bin'), { recursive: true });
@@ -28,7 +30,7 @@ writeFileSync(join(folder, 'ring.ply'), torus(0.05, 0.014, 24, 12));
 writeFileSync(join(folder, 'flow.toml'), 'objects = ["ring.ply"]\n');
 const bare = spawnSync(resolve(program), ['report', 'flow.toml', '--out', 'report', '--quiet'], { cwd: folder, encoding: 'utf8', env: { ...process.env, GEOCAGE_VIEWER: join(folder, 'out') } });
 expect('a report is written', existsSync(join(folder, 'report', 'index.html')), bare.stderr);
-expect('that says what it lacks', textOf(join(folder, 'report', 'index.html')).includes('no 3-D views'));
+expect('that says what it lacks', readFileSync(join(folder, 'report', 'index.html'), 'utf8').includes('no 3-D views'));
 const single = spawnSync(resolve(program), ['report', 'flow.toml', '--out', 'report', '--quiet', '--single-file'], { cwd: folder, encoding: 'utf8', env: { ...process.env, GEOCAGE_VIEWER: join(folder, 'out') } });
 expect('a single file is refused in words', single.status === 2 && single.stderr.includes('were not built'), single.stderr);
 end('without node or network');
