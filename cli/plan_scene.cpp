@@ -245,14 +245,7 @@ void read_scene(const fs::path& file, PlanScene& scene) {
   if (!fs::is_regular_file(file))
     throw UserError(Fault::configuration, file.string(), "there is no such scene",
                     "docs/planning.md has an example");
-  toml::table parsed;
-  try {
-    parsed = toml::parse_file(file.string());
-  } catch (const toml::parse_error& error) {
-    const auto& at = error.source().begin;
-    throw UserError(Fault::configuration, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
-                    std::string(error.description()));
-  }
+  const toml::table parsed = hands::toml_of(file);
   TomlTable table(parsed);
   scene.horizon = count_or(table, "horizon", scene.horizon, 1000);
   scene.step_variance = positive_or(table, "step_variance", scene.step_variance);

@@ -40,14 +40,7 @@ std::vector<std::string> arm_names() {
 
 Arm load_arm(const std::string& name_or_path) {
   const fs::path folder = folder_of(name_or_path), file = folder / "arm.toml";
-  toml::table parsed;
-  try {
-    parsed = toml::parse_file(file.string());
-  } catch (const toml::parse_error& error) {
-    const auto& at = error.source().begin;
-    throw UserError(Fault::configuration, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
-                    std::string(error.description()));
-  }
+  const toml::table parsed = toml_of(file);
   TomlTable table(parsed);
   Arm arm;
   arm.name = fs::path(folder).filename().string();

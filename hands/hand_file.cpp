@@ -35,14 +35,7 @@ struct Source {
 
 Source read_toml(const fs::path& file) {
   const std::string text = text_of(file);
-  try {
-    return {toml::parse(text, file.string()), pipeline::sha256_of(text)};
-  } catch (const toml::parse_error& error) {
-    const auto at = error.source().begin;
-    throw UserError(Fault::configuration,
-                    file.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column),
-                    std::string(error.description()));
-  }
+  return {toml_of(text, file), pipeline::sha256_of(text)};
 }
 
 /// The variant's keys over those of its base.

@@ -2,12 +2,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <sstream>
 
 #include <fmt/format.h>
 
 #include "pipeline/nearest.h"
 
 namespace geocage::hands {
+
+toml::table toml_of(std::string_view text, const std::filesystem::path& file) {
+  try {
+    return toml::parse(text, file.string());
+  } catch (const toml::parse_error& error) {
+    const auto& at = error.source().begin;
+    throw pipeline::UserError(pipeline::Fault::configuration,
+                              fmt::format("{}:{}:{}", file.string(), at.line, at.column),
+                              std::string(error.description()));
+  }
+}
+
+toml::table toml_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in)
+    throw pipeline::UserError(pipeline::Fault::configuration, file.string(), "this file can't be read");
+  return toml_of(text.str(), file);
+}
 
 using pipeline::Fault;
 using pipeline::UserError;

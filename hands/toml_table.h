@@ -1,5 +1,7 @@
 #pragma once
+#include <filesystem>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -9,6 +11,12 @@
 #include "pipeline/error.h"
 
 namespace geocage::hands {
+
+/// The table that the text of `file` holds. A mistake is a UserError (configuration) with file, line and
+/// column.
+toml::table toml_of(std::string_view text, const std::filesystem::path& file);
+/// The same of the file itself.
+toml::table toml_of(const std::filesystem::path& file);
 
 /// A table of a TOML file. Every key is asked for once, with its type; `end` refuses the keys that nobody
 /// asked for. Mistakes are UserErrors (configuration) with file, line and column. Precondition: the table was

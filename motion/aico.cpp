@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "motion/damping.h"
+
 namespace geocage::motion {
 
 using Eigen::MatrixXd;
@@ -49,7 +51,6 @@ void AicoParams::visit(pipeline::Fields& f) {
 
 namespace {
 
-constexpr double least_damping = 1e-12, most_damping = 1e8;
 constexpr int local_steps = 5;  // relocations of a slice in the mode local_gauss_newton
 
 /// All that a rejected sweep must undo. Forward messages N(s, S), backward messages in information form (h =
@@ -64,12 +65,6 @@ struct Slices {
 void make_symmetric(MatrixXd& M) {
   for (Eigen::Index i = 0; i < M.rows(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) M(i, j) = M(j, i) = (M(i, j) + M(j, i)) / 2;
-}
-
-double largest_move(const Path& a, const Path& b) {
-  double most = 0;
-  for (std::size_t t = 0; t < a.size(); ++t) most = std::max(most, (a[t] - b[t]).lpNorm<Eigen::Infinity>());
-  return most;
 }
 
 }  // namespace
@@ -118,10 +113,10 @@ class Aico::Sweeper {
     result_.costs.clear();
     result_.costs.push_back(terms_.total_cost(now_.belief));
     result_.sweeps = result_.accepted = 0;
-    double damping = params_.damping;
+    Damping damping(params_.damping);
     for (int rejections = 0; result_.sweeps < params_.max_sweeps;) {
       before_ = now_;
-      sweep(damping, result_.accepted == 0);
+      sweep(damping.value(), result_.accepted == 0);
       ++result_.sweeps;
       const double cost = terms_.total_cost(now_.belief), best = result_.costs.back();
       result_.last_move = largest_move(before_.belief, now_.belief);
@@ -135,11 +130,11 @@ class Aico::Sweeper {
           result_.outcome = rested ? AicoOutcome::converged : AicoOutcome::stalled;
           break;
         }
-        damping = std::min(most_damping, std::max(damping, least_damping) * 10);
+        damping.failed();
         continue;
       }
       rejections = 0;
-      damping = damping == 0 ? 0 : std::max(least_damping, damping / 5);
+      damping.helped();
       ++result_.accepted;
       result_.costs.push_back(cost);
       if (params_.mode == SweepMode::whole) relinearise();

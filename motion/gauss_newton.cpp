@@ -5,23 +5,13 @@
 
 #include <Eigen/Cholesky>
 
+#include "motion/damping.h"
+
 namespace geocage::motion {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Path = std::vector<VectorXd>;
-
-namespace {
-
-constexpr double least_damping = 1e-12, most_damping = 1e8;
-
-double largest_move(const Path& a, const Path& b) {
-  double most = 0;
-  for (std::size_t t = 0; t < a.size(); ++t) most = std::max(most, (a[t] - b[t]).lpNorm<Eigen::Infinity>());
-  return most;
-}
-
-}  // namespace
 
 class GaussNewton::Stepper {
  public:
@@ -57,11 +47,11 @@ class GaussNewton::Stepper {
     result_.costs.push_back(terms_.total_cost(result_.path));
     result_.outcome = AicoOutcome::sweep_limit;
     normal_equations();
-    double damping = params_.damping;
+    Damping damping(params_.damping);
     int rejections = 0;
     for (result_.steps = 0; result_.steps < params_.max_steps;) {
       ++result_.steps;
-      take_step(damping);
+      take_step(damping.value());
       const double cost = terms_.total_cost(next_), best = result_.costs.back();
       const bool still = largest_move(next_, result_.path) < params_.step_tolerance;
       if (!(cost <= best)) {
@@ -70,11 +60,11 @@ class GaussNewton::Stepper {
           result_.outcome = rested ? AicoOutcome::converged : AicoOutcome::stalled;
           break;
         }
-        damping = std::min(most_damping, std::max(damping, least_damping) * 10);
+        damping.failed();
         continue;
       }
       rejections = 0;
-      damping = damping == 0 ? 0 : std::max(least_damping, damping / 5);
+      damping.helped();
       std::swap(result_.path, next_);
       result_.costs.push_back(cost);
       if (still || best - cost <= params_.cost_tolerance * std::max(1.0, std::abs(cost))) {

@@ -42,13 +42,6 @@ struct Centre {
   double best_blocked = 0, best_rank = -1, mean_blocked = 0;  ///< mean over all poses, invalid ones 0
 };
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts;
-  std::stringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
-
 Options read_options(int argc, char** argv) {
   Options options;
   if (argc < 3) {

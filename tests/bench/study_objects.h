@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,14 @@
 #include "geometry/repair.h"
 
 namespace geocage::bench {
+
+/// The words of "a,b,c".
+inline std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::stringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
 
 /// The meshes of a folder, or the one of a file, turned outward, by name. Those that are no closed manifolds
 /// are mended, or else left out, and named on stderr.

@@ -1,7 +1,6 @@
 // What an AICO search is beside its mean: modes of sweeping, where it stalls and why, policy, pair
 // covariances, processes with masses, and that it allocates nothing. The counter replaces malloc, so
 // sanitizers keep theirs.
-#include <atomic>
 #include <cstdlib>
 #include <random>
 
@@ -12,24 +11,7 @@
 #include "motion/gauss_newton.h"
 #include "motion/tasks/limits.h"
 #include "motion/tasks/state.h"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define GEOCAGE_COUNTS 0
-#else
-#define GEOCAGE_COUNTS 1
-#endif
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-#if GEOCAGE_COUNTS
-extern "C" void* __libc_malloc(std::size_t size);
-extern "C" void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-#endif
+#include "tests/allocations.h"
 
 namespace geocage::motion {
 namespace {
@@ -349,7 +331,7 @@ TEST(Dynamic, APendulumIsRaisedAgainstGravity) {
 }
 
 TEST(Sweeps, SearchesAllocateNothing) {
-  if (!GEOCAGE_COUNTS) GTEST_SKIP() << "a sanitizer counts here";
+  if (!tests::allocations_are_counted()) GTEST_SKIP() << "a sanitizer counts here";
   std::mt19937_64 random(8);
   for (bool dynamic : {false, true})
     for (auto mode : {SweepMode::symmetric, SweepMode::whole}) {
@@ -364,14 +346,14 @@ TEST(Sweeps, SearchesAllocateNothing) {
       const Path initial = rest(problem);
       search.search(initial);  // tasks take their memory
       newton.search(initial);
-      const long before = allocations;
+      const long before = tests::allocations();
       const int sweeps = search.search(initial).sweeps;
-      EXPECT_EQ(allocations - before, 0) << dynamic << " " << name_of(mode);
+      EXPECT_EQ(tests::allocations() - before, 0) << dynamic << " " << name_of(mode);
       EXPECT_GT(sweeps, 1);
       newton.search(initial);
-      EXPECT_EQ(allocations - before, 0) << dynamic;
+      EXPECT_EQ(tests::allocations() - before, 0) << dynamic;
       const std::vector<double> one(10);
-      EXPECT_GT(allocations - before, 0) << "the counter counts";
+      EXPECT_GT(tests::allocations() - before, 0) << "the counter counts";
     }
 }
 
