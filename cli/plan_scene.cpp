@@ -246,7 +246,7 @@ void read_scene(const fs::path& file, PlanScene& scene) {
     throw UserError(Fault::configuration, file.string(), "there is no such scene",
                     "docs/planning.md has an example");
   const toml::table parsed = hands::toml_of(file);
-  TomlTable table(parsed);
+  TomlTable table(parsed, "docs/planning.md");
   scene.horizon = count_or(table, "horizon", scene.horizon, 1000);
   scene.step_variance = positive_or(table, "step_variance", scene.step_variance);
   scene.tolerance_m = number_or(table, "tolerance_m", scene.tolerance_m);

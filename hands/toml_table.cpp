@@ -72,14 +72,14 @@ std::vector<TomlTable> TomlTable::tables(const std::string& key) {
   const toml::array* array = node(key).as_array();
   if (!array || array->empty() || !array->is_homogeneous<toml::table>())
     wrong(key, "is not a list of tables: [[" + key + "]]");
-  for (const auto& element : *array) rows.emplace_back(*element.as_table());
+  for (const auto& element : *array) rows.emplace_back(*element.as_table(), page_);
   return rows;
 }
 
 TomlTable TomlTable::table(const std::string& key) {
   const toml::table* found = node(key).as_table();
   if (!found) wrong(key, "is not a table: [" + key + "]");
-  return TomlTable(*found);
+  return TomlTable(*found, page_);
 }
 
 std::vector<std::string> TomlTable::keys() const {
@@ -96,7 +96,7 @@ void TomlTable::end() const {
 }
 
 void TomlTable::wrong(const std::string& key, const std::string& sentence) const {
-  throw UserError(Fault::configuration, where(key), key + " " + sentence, "see hands/README.md");
+  throw UserError(Fault::configuration, where(key), key + " " + sentence, "see " + page_);
 }
 
 std::string TomlTable::where(const std::string& key) const {
@@ -112,7 +112,7 @@ const toml::node& TomlTable::node(const std::string& key) {
   const toml::node* found = table_.get(key);
   if (!found)
     throw UserError(Fault::configuration, place_of(table_), "the key '" + key + "' is missing",
-                    "see hands/README.md");
+                    "see " + page_);
   return *found;
 }
 

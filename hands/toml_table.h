@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <toml++/toml.h>
@@ -23,7 +24,9 @@ toml::table toml_of(const std::filesystem::path& file);
 /// parsed with the path of its file, and outlives this.
 class TomlTable {
  public:
-  explicit TomlTable(const toml::table& table) : table_(table) {}
+  /// `page`: where the keys are explained.
+  explicit TomlTable(const toml::table& table, std::string page = "hands/README.md")
+      : table_(table), page_(std::move(page)) {}
 
   bool has(const std::string& key) const { return table_.contains(key); }
 
@@ -83,6 +86,7 @@ class TomlTable {
   void check_finite(const std::string& key, double x) const;
 
   const toml::table& table_;
+  std::string page_;
   std::vector<std::string> known_;
 };
 

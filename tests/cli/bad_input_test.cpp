@@ -54,6 +54,27 @@ class BadInput : public testing::Test {
   ScratchFolder folder_;
 };
 
+// A scene's mistakes are named where they stand, with the page of scenes.
+TEST_F(BadInput, Scenes) {
+  const auto told = [&](const std::string& scene, int code, const std::string& words) {
+    const Ended ended = geocage({"plan", write("scene.toml", scene).string()});
+    EXPECT_EQ(ended.code, code) << ended.err;
+    EXPECT_NE(ended.err.find(words), std::string::npos) << ended.err;
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+    EXPECT_TRUE(ended.out.empty()) << ended.out;
+  };
+  const std::string robot = "horizon = 10\n[robot]\nhand = \"schunk_sdh\"\n";
+  told("horizon = 10\n[robot\n", 2, "scene.toml:2:7: error: ");
+  told("horizon = 10\n[robot]\nhand = \"nohand\"\n", 2, "hand 'nohand': error: there is no such hand");
+  told(robot + "[[task]]\nkind = \"dance\"\nprecision = 1\n", 2, "(see docs/planning.md)");
+  told(robot + "[[task]]\nkind = \"limits\"\nprecision = nan\n", 2,
+       "scene.toml:6:13: error: precision is not finite");
+  told(robot + "[[obstacle]]\nshape = \"mesh\"\nfile = \"gone.ply\"\n", 3, "gone.ply: error: ");
+  const Ended missing = geocage({"plan", (folder_ / "none.toml").string()});
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_NE(missing.err.find("none.toml: error: there is no such scene"), std::string::npos) << missing.err;
+}
+
 TEST_F(BadInput, MissingFolderEmptyAndPipe) {
   refused(folder_ / "missing.ply");
   fs::create_directory(folder_ / "folder.ply");
