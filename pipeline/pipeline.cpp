@@ -311,14 +311,20 @@ void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
   node.result.seconds = seconds_since(start);
 }
 
+namespace {
+void recall(const Failure& failure, SlotResult& result) {
+  result.state = SlotState::failed;
+  result.sentence = failure.sentence;
+  result.code = failure.code;
+  result.known = true;
+}
+}  // namespace
+
 bool Pipeline::failed_before(Node& node, const std::string& key) const {
   if (!guard_ || guard_->retry_failed) return false;
   const auto failure = Ledger(store_).find(node.slot);
   if (!failure || failure->key != key || failure->program != program_digest()) return false;
-  node.result.state = SlotState::failed;
-  node.result.sentence = failure->sentence;
-  node.result.code = failure->code;
-  node.result.known = true;
+  recall(*failure, node.result);
   return true;
 }
 
@@ -408,11 +414,18 @@ void Pipeline::look_up(Node& node) {
   if (record) accept(node, *record, SlotState::hit);
 }
 
+void Pipeline::recall_failure(Node& node) const {
+  const auto failure = Ledger(store_).find(node.slot);
+  const auto recipe = failure ? recipe_of(node) : std::nullopt;
+  if (recipe && failure->key == sha256_of(*recipe)) recall(*failure, node.result);
+}
+
 std::vector<SlotResult> Pipeline::present() {
   std::vector<SlotResult> results;
   for (auto& node : nodes_) {
     if (node->constant) continue;
     look_up(*node);
+    if (!node->content) recall_failure(*node);
     results.push_back(node->result);
   }
   return results;

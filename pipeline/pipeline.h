@@ -142,6 +142,8 @@ class Pipeline {
   /// Whether the ledger knows that it fails, with this recipe and this program; the node's result says so
   /// then.
   bool failed_before(Node& node, const std::string& key) const;
+  /// The ledger's word on a slot that is not made, whichever program tried it.
+  void recall_failure(Node& node) const;
   void keep_failure(const Node& node, const std::string& key) const;
   Forecast forecast_of(Node& node, bool forced);
   double make_contained(Node& node, Run& run, const std::filesystem::path& scratch, Watcher& watcher);

@@ -162,9 +162,10 @@ TEST_F(FlowRun, ArtefactsOpenInCommonTools) {
   }
   for (const auto& [slot, at] : folder)
     for (const auto& file : fs::directory_iterator(at))
-      if (file.path().extension() == ".json")
+      if (file.path().extension() == ".json") {
         EXPECT_EQ(std::system(("python3 -m json.tool '" + file.path().string() + "' > /dev/null").c_str()), 0)
             << file;
+      }
   EXPECT_TRUE(first_line(folder["bottle/field"] / "coarse.nrrd").starts_with("NRRD"));
   EXPECT_EQ(first_line(folder["bottle/occupancy"] / "occupancy.bt"), "# Octomap OcTree binary file");
   const auto grasps = hands::read_grasps(folder["bottle/place/schunk_sdh"] / "grasps.json");
@@ -240,6 +241,12 @@ TEST_F(FlowRun, BrokenItemsAreCountedAndTheOthersGoOn) {
       EXPECT_EQ(slot["state"], "failed");
       EXPECT_NE(slot["sentence"].get<std::string>().find("broken.stl"), std::string::npos);
     }
+  // A report written later counts alike.
+  auto words = arguments(flow_, {"--dataset", dataset.string()});
+  words[0] = "report";
+  const Ended later = geocage(words);
+  EXPECT_EQ(later.code, 1) << later.err;
+  EXPECT_EQ(json::parse(later.out)["counts"], answer["counts"]);
 }
 
 TEST_F(FlowRun, WhatAMachineCannotGetIsSkippedByName) {

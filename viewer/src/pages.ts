@@ -323,26 +323,33 @@ export function sweepPage(overview: Overview): Page {
   const settings = columns.filter((name) => name.includes('.') && !known.includes(name));
   const curves = h('div', { class: 'plots' }), differences = h('div', { class: 'plots' }), histograms = h('div', { class: 'plots' });
   const escape = (name: string) => name.replaceAll('.', '\\.').replaceAll('[', '\\[').replaceAll(']', '\\]');
-  const drawCurves = (setting: string) => {
-    curves.replaceChildren();
-    const numeric = rates.every((row) => typeof row[setting] === 'number');
-    for (const measure of [...new Set(rates.map((row) => String(row.measure)))]) {
-      const rows = rates.filter((row) => row.measure === measure);
-      const others = settings.filter((name) => name !== setting);
+  /** A figure of each measure over a setting, a line a series: a band from bootstraps, whiskers from `low` to `high`. */
+  const drawOver = (into: HTMLElement, all: Row[], setting: string, caption: string, y: { value: string; low: string; high: string; share: boolean }, columns: string[]) => {
+    into.replaceChildren();
+    const numeric = all.every((row) => typeof row[setting] === 'number');
+    const others = settings.filter((name) => name !== setting);
+    for (const measure of [...new Set(all.map((row) => String(row.measure)))]) {
+      const rows = all.filter((row) => row.measure === measure);
       for (const row of rows) row.series = [row.hand, ...others.map((name) => `${name}=${row[name]}`)].join(' ');
-      const x = { field: escape(setting), type: numeric ? 'quantitative' : 'ordinal', title: setting };
-      const colour = { field: 'series', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9'] } };
-      curves.append(plot(`${measure} over ${setting}`, 'Dots: share; whiskers: Wilson’s 95 % interval; band: bootstrap over objects. Seeds are pooled.', {
-        width: 'container', height: 260,
+      const encoding = {
+        x: { field: escape(setting), type: numeric ? 'quantitative' : 'ordinal', title: setting }, ...(numeric ? {} : { xOffset: { field: 'series' } }),
+        color: { field: 'series', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9'] } },
+      };
+      const value = { field: y.value, type: 'quantitative' };
+      into.append(plot(`${measure} over ${setting}`, caption, {
+        width: 'container', height: 260, encoding,
         layer: [
-          ...(numeric ? [{ mark: { type: 'area', opacity: 0.15 }, encoding: { x, y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' }, color: colour } },
-            { mark: { type: 'line' }, encoding: { x, y: { field: 'rate', type: 'quantitative' }, color: colour } }] : []),
-          { mark: { type: 'rule', strokeWidth: 2 }, encoding: { x, ...(numeric ? {} : { xOffset: { field: 'series' } }), y: { field: 'wilson_low', type: 'quantitative', title: 'share', scale: { domain: [0, 1] } }, y2: { field: 'wilson_high' }, color: colour } },
-          { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { x, ...(numeric ? {} : { xOffset: { field: 'series' } }), y: { field: 'rate', type: 'quantitative' }, color: colour, shape: { field: 'series', type: 'nominal', title: null } } },
+          ...(numeric ? [{ mark: { type: 'area', opacity: 0.15 }, encoding: { y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' } } },
+            { mark: { type: 'line' }, encoding: { y: value } }] : []),
+          { mark: { type: 'rule', strokeWidth: 2 }, encoding: { y: { field: y.low, type: 'quantitative', title: y.share ? 'share' : measure, ...(y.share ? { scale: { domain: [0, 1] } } : {}) }, y2: { field: y.high } } },
+          { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { y: value, shape: { field: 'series', type: 'nominal', title: null } } },
         ],
-      }, rows, ['hand', ...settings, 'trials', 'rate', 'wilson_low', 'wilson_high', 'bootstrap_low', 'bootstrap_high'].filter((name) => columns.includes(name) || name === 'hand')));
+      }, rows, columns));
     }
   };
+  const drawCurves = (setting: string) => drawOver(curves, rates, setting, 'Dots: share; whiskers: Wilson’s 95 % interval; band: bootstrap over objects. Seeds are pooled.',
+    { value: 'rate', low: 'wilson_low', high: 'wilson_high', share: true },
+    ['hand', ...settings, 'trials', 'rate', 'wilson_low', 'wilson_high', 'bootstrap_low', 'bootstrap_high'].filter((name) => columns.includes(name) || name === 'hand'));
   const drawDifferences = () => {
     const pairedColumns = overview.tables.find((one) => one.name === 'paired')?.columns ?? [];
     const mean = pairedColumns.find((name) => /difference|mean/.test(name)) ?? '';
@@ -386,25 +393,8 @@ export function sweepPage(overview: Overview): Page {
         color: { field: 'stage', type: 'nominal', title: null, scale: { domain: stages, range: stages.map((stage, i) => (stage === 'held' ? '#0072B2' : ['#D55E00', '#E69F00', '#CC79A7', '#56B4E9', '#7a7a7a', '#009E73'][i % 6])) } } },
     }, losses, columns));
   };
-  const drawAgreement = (setting: string) => {
-    agreed.replaceChildren();
-    for (const measure of [...new Set(agreement.map((row) => String(row.measure)))]) {
-      const rows = agreement.filter((row) => row.measure === measure);
-      const numeric = rows.every((row) => typeof row[setting] === 'number');
-      for (const row of rows) row.series = [row.hand, ...settings.filter((name) => name !== setting).map((name) => `${name}=${row[name]}`)].join(' ');
-      const x = { field: escape(setting), type: numeric ? 'quantitative' : 'ordinal', title: setting };
-      const colour = { field: 'series', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9'] } };
-      agreed.append(plot(`${measure} over ${setting}`, 'Mean over pairs; band and whiskers: bootstrap over objects.', {
-        width: 'container', height: 220,
-        layer: [
-          ...(numeric ? [{ mark: { type: 'area', opacity: 0.15 }, encoding: { x, y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' }, color: colour } },
-            { mark: { type: 'line' }, encoding: { x, y: { field: 'mean', type: 'quantitative' }, color: colour } }] : []),
-          { mark: { type: 'rule', strokeWidth: 2 }, encoding: { x, y: { field: 'bootstrap_low', type: 'quantitative', title: measure }, y2: { field: 'bootstrap_high' }, color: colour } },
-          { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { x, y: { field: 'mean', type: 'quantitative' }, color: colour } },
-        ],
-      }, rows, ['hand', ...settings, 'objects', 'pairs', 'mean', 'bootstrap_low', 'bootstrap_high']));
-    }
-  };
+  const drawAgreement = (setting: string) => drawOver(agreed, agreement, setting, 'Mean over pairs; band and whiskers: bootstrap over objects.',
+    { value: 'mean', low: 'bootstrap_low', high: 'bootstrap_high', share: false }, ['hand', ...settings, 'objects', 'pairs', 'mean', 'bootstrap_low', 'bootstrap_high']);
   let quantity = numericColumns.find((name) => name === 'score_winding_angle_rad') ?? numericColumns[0] ?? '';
   const level = settings[0] ?? '';
   return {
