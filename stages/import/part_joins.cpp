@@ -23,7 +23,10 @@ constexpr double standing_share = 0.4;  // of its height, it stands on the table
 constexpr double resting_share = 0.35;  // contacts in the lowest third of a thing carry it
 constexpr double level_m = 0.008;       // what carries a thing is level to this
 constexpr double level_rad = 0.4;       // and not steeper than this (23 degrees)
-constexpr double shared_foot = 0.2;     // two things can't stand in one place
+constexpr double flat_m = 0.0017;    // and flat to this, as a Kinect's planes; a neck's shoulders fall away,
+constexpr double beside_m = 0.003;   // by no more than this; what is more uneven rises beside the thing
+constexpr int least_flat = 40;       // points that tell so
+constexpr double shared_foot = 0.2;  // two things can't stand in one place
 
 std::vector<Vec3> all_round() {
   constexpr int count = 200;
@@ -80,6 +83,19 @@ Vec3 normal_of(const std::vector<Vec3>& points) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
 }
 
+/// How far points lie from a plane of this normal: the deviation that half of them has (of normal
+/// numbers, 1.48 times the middle distance), so that a few points of something else don't count.
+double unevenness_m(const std::vector<Vec3>& points, const Vec3& normal) {
+  std::vector<double> height;
+  for (const Vec3& p : points) height.push_back(normal.dot(p));
+  const auto middle = height.begin() + static_cast<long>(height.size() / 2);
+  std::nth_element(height.begin(), middle, height.end());
+  const double at = *middle;
+  for (double& h : height) h = std::abs(h - at);
+  std::nth_element(height.begin(), middle, height.end());
+  return 1.4826 * *middle;
+}
+
 int most_touched(const std::map<int, int>& sides) {
   const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };
   return std::max_element(sides.begin(), sides.end(), less)->first;
@@ -132,6 +148,8 @@ void PartJoins::join_insides() {
     for (const auto& [other, pairs] : sides) {
       const int hidden = sight_.hidden_behind(mine, seen_points_of(other), clear_m / 2);
       if (hidden <= most || home.contains(other)) continue;  // an inside is in no other inside
+      if (std::abs(reach_of(name).high_m - reach_of(other).high_m) > level_m)
+        continue;  // both end at the rim
       most = hidden;
       home[name] = other;
     }
@@ -199,21 +217,31 @@ int PartJoins::home_of(int name, const Sides& sides) const {
   if (rests && reach.low_m > standing_m) return name;
   if (!rests && !stands(reach)) return most_touched(sides);
   for (const auto& [other, pairs] : sides)
-    if (!rests_on(other, name) && !rests_on(name, other) &&
+    if (!rests_on(other, name) && !rests_on(name, other) && end_alike(name, other) &&
         Outline(points_of(other), along_table(table_)).share_inside(points_of(name)) > shared_foot)
       return other;
   return name;
 }
 
-bool PartJoins::rests_on(int name, int other) const {
-  const Contact contact = contact_of(name, other);
-  return contact.spread_m < level_m && reach_of(name).share_of(contact.middle_m) < resting_share &&
-         tilt_under(name, other, contact.middle_m) < level_rad;
+/// True of two parts that end at one height, as a rim's near and far walls do, or where one ends and the
+/// other begins, as a neck's two sides do.
+bool PartJoins::end_alike(int name, int other) const {
+  const Reach a = reach_of(name), b = reach_of(other);
+  const double middle_m = contact_of(name, other).middle_m;
+  const auto near = [](double x, double y) { return std::abs(x - y) < level_m; };
+  return near(a.high_m, b.high_m) || (near(a.high_m, middle_m) && near(b.low_m, middle_m)) ||
+         (near(b.high_m, middle_m) && near(a.low_m, middle_m));
 }
 
-/// How far what carries a part leans from the table: of the points of `other` near to where they touch, its
-/// walls below left out.
-double PartJoins::tilt_under(int name, int other, double height_m) const {
+bool PartJoins::rests_on(int name, int other) const {
+  const Contact contact = contact_of(name, other);
+  if (contact.spread_m >= level_m || reach_of(name).share_of(contact.middle_m) >= resting_share) return false;
+  const Carrier carrier = carrier_of(name, other, contact.middle_m);
+  return carrier.tilt_rad < level_rad && (carrier.uneven_m < flat_m || carrier.uneven_m > beside_m);
+}
+
+/// What carries a part: points of `other` near to where they touch, its walls below left out.
+PartJoins::Carrier PartJoins::carrier_of(int name, int other, double height_m) const {
   constexpr double near_m = 0.015, below_m = 0.006;
   std::vector<Vec3> touching, under;
   for (std::size_t i = 0; i < name_.size(); ++i)
@@ -226,7 +254,10 @@ double PartJoins::tilt_under(int name, int other, double height_m) const {
         std::any_of(touching.begin(), touching.end(),
                     [&](const Vec3& q) { return (p - q).squaredNorm() < near_m * near_m; }))
       under.push_back(p);
-  return std::acos(std::clamp(std::abs(normal_of(under).dot(table_.normal)), 0.0, 1.0));
+  const Vec3 normal = normal_of(under);
+  if (normal.isZero()) return {M_PI / 2, flat_m};
+  return {std::acos(std::clamp(std::abs(normal.dot(table_.normal)), 0.0, 1.0)),
+          static_cast<int>(under.size()) < least_flat ? flat_m : unevenness_m(under, normal)};
 }
 
 PartJoins::Contact PartJoins::contact_of(int name, int other) const {

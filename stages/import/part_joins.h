@@ -46,12 +46,18 @@ class PartJoins {
     double middle_m, spread_m;  ///< median, and the distance of the quartiles
   };
 
+  /// What a part rests on: how far it leans from the table, and how far it is from flat.
+  struct Carrier {
+    double tilt_rad, uneven_m;
+  };
+
   template <class Home>
   void join_while(const Home& home);
   void join_what_floats();
   int home_of(int name, const Sides& sides) const;
   bool rests_on(int name, int other) const;
-  double tilt_under(int name, int other, double height_m) const;
+  bool end_alike(int name, int other) const;
+  Carrier carrier_of(int name, int other, double height_m) const;
   Contact contact_of(int name, int other) const;
   Reach reach_of(int name) const;
   bool stands(const Reach& reach) const;

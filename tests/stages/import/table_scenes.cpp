@@ -317,7 +317,7 @@ std::vector<TableScene> of_chance(const std::filesystem::path& objects, int firs
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects) {
   if (set == "tuning") return tuning(objects);
   if (set == "held_out") return held_out(objects);
-  return of_chance(objects, set == "fresh" ? 1000 : set == "practice" ? 5000 : 9000);
+  return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }
 
 void write_seen(const TableScene& scene, double elevation_deg, std::uint64_t seed,
