@@ -154,7 +154,7 @@ class GraspPlanner {
                               last.outcome == motion::ApproachOutcome::goal_blocked;
         if (hopeless) return none(last);  // no start mends that
         if (last.outcome != motion::ApproachOutcome::planned) continue;
-        if (!best || last.length < best->length) best = std::move(last);
+        if (!best || last.length < best->length) best = last;
         if (++proven == (sampling ? 1 : params_.candidates)) break;
       }
       if (best) break;
