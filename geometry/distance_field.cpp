@@ -105,7 +105,10 @@ double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {
 
 SignedDistanceField::Cell SignedDistanceField::cell_at(const Vec3& p_O) const {
   const Corners corners = corners_around(*this, p_O);
-  return {cell_m / corners.parts, {corners.fx, corners.fy, corners.fz}};
+  return {cell_m / corners.parts,
+          {corners.fx, corners.fy, corners.fz},
+          interpolate<false>(corners, nullptr),
+          corners.in_grid ? 0 : beyond_m(*this, p_O).norm()};
 }
 
 double SignedDistanceField::finest_cell_m() const {

@@ -39,6 +39,8 @@ void ApproachParams::visit(pipeline::Fields& f) {
   f("closing_tolerance_m", closing_tolerance_m, {0, 0.05}, "fingers may touch so deep while they close");
   f("wrap_clearance_m", wrap_clearance_m, {0, 0.1},
     "fingers close on the way as far as they keep this distance");
+  f("cut_clearance_m", cut_clearance_m, {0, 0.1},
+    "straight pieces replace waypoints where they keep this distance");
   f("search", search, {"gauss_newton", "aico"}, "who smooths: block Gauss-Newton or AICO, on the same cost");
   f("base_speed_m_s", base_speed_m_s, {1e-3, 10}, "speed of the floating hand's base at most");
   f("base_turn_rad_s", base_turn_rad_s, {1e-3, 100}, "turning speed of the base at most");
@@ -76,6 +78,7 @@ motion::ApproachRule rule_of(const ApproachParams& p) {
   rule.tolerance_m = p.tolerance_m;
   rule.closing_tolerance_m = p.closing_tolerance_m;
   rule.wrap_clearance_m = p.wrap_clearance_m;
+  rule.cut_clearance_m = p.cut_clearance_m;
   rule.rrt_iterations = p.rrt_iterations;
   return rule;
 }
@@ -151,7 +154,7 @@ class GraspPlanner {
                               last.outcome == motion::ApproachOutcome::goal_blocked;
         if (hopeless) return none(last);  // no start mends that
         if (last.outcome != motion::ApproachOutcome::planned) continue;
-        if (!best || last.length < best->length) best = std::move(last);
+        if (!best || last.length < best->length) best = last;
         if (++proven == (sampling ? 1 : params_.candidates)) break;
       }
       if (best) break;

@@ -21,13 +21,14 @@ struct ApproachParams {
   double tolerance_m = 0.0005;
   double closing_tolerance_m = 0.003;
   double wrap_clearance_m = 0.002;
+  double cut_clearance_m = 0.001;
   std::string search = "gauss_newton";
   double base_speed_m_s = 0.25;
   double base_turn_rad_s = 1;
   double base_acceleration_m_s2 = 1;
   double joint_acceleration_rad_s2 = 10;
   double effort_variance = 1;
-  double damping = 0.01;
+  double damping = 0.1;
   int max_sweeps = 40;
   int rrt_iterations = 2000;
   int ways = 14;
@@ -52,6 +53,6 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const geometry::PointCloud& support_cloud,
                                const geometry::Occupancy& occupancy, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage approach_stage{"approach", 4, &approach};
+inline constexpr pipeline::Stage approach_stage{"approach", 5, &approach};
 
 }  // namespace geocage::stages

@@ -13,6 +13,7 @@
 #include "pipeline/worker.h"
 #include "stages/reconstruct/handles.h"
 #include "stages/reconstruct/observed.h"
+#include "stages/reconstruct/own_frame.h"
 #include "stages/reconstruct/surfaces.h"
 #include "stages/reconstruct/unseen.h"
 #include "stages/reconstruct/walls.h"
@@ -75,6 +76,17 @@ PointCloud in_order(const PointCloud& cloud) {
     if (!cloud.view.empty()) sorted.view[k] = cloud.view[order[k]];
   }
   return sorted;
+}
+
+PointCloud moved(PointCloud cloud, const geometry::Pose& X_CO) {
+  for (auto* list : {&cloud.points, &cloud.sensor_origins})
+    for (Vec3& p : *list) p = X_CO * p;
+  for (Vec3& n : cloud.normals) n = X_CO.linear() * n;
+  if (cloud.support) {
+    const Vec3 normal = X_CO.linear() * cloud.support->normal;
+    cloud.support = geometry::Plane{normal, cloud.support->offset_m + normal.dot(X_CO.translation())};
+  }
+  return cloud;
 }
 
 /// The method asked for, then those that take its place: Poisson, and at last a wrap, which always answers.
@@ -143,7 +155,9 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
   if (given.size() < 4 || given.normals.size() != given.size())
     throw pipeline::UserError(pipeline::Fault::geometry, "reconstruct",
                               given.size() < 4 ? "a surface needs four points" : "the cloud has no normals");
-  const PointCloud cloud = in_order(given);
+  const PointCloud sorted = in_order(given);
+  const geometry::Pose X_CO = own_frame(sorted.points);
+  const PointCloud cloud = in_order(moved(sorted, X_CO));
   const double step_m = std::max(params.unseen_step_m, diagonal_of(cloud.points) / 200);
   PointCloud seen = cloud;
   const ThickenedWalls walls = thicken_walls(seen, params.wall_m);
@@ -173,6 +187,7 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
   run.metric("handles_cut", cut.handles);
   run.metric("handles_moved_m", cut.moved_m);
   mesh.observed = observed_of(mesh, cloud, params.observed_m);
+  for (Vec3& p : mesh.vertices) p = X_CO.inverse() * p;
   run.metric("methods_tried", tried);
   run.metric("points_added", static_cast<double>(points.size() - cloud.size()));
   const auto report = geometry::check_mesh(mesh);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "stages/scan/noise_models.h"
@@ -34,11 +35,40 @@ class SmoothField {
   std::array<Vec3, 5> waves_;
 };
 
+/// White noise seen through a window of w x h pixels: a number a pixel of deviation 1, in rows; neighbours
+/// share most of the window, so that they err alike.
+std::vector<double> windowed_noise(RandomStream& random, const DepthCamera& camera, int w, int h) {
+  const int columns = camera.width + w - 1, rows = camera.height + h - 1;
+  std::vector<double> lines(static_cast<std::size_t>(camera.width) * rows);  // summed along rows
+  std::vector<double> row(static_cast<std::size_t>(columns));
+  for (int y = 0; y < rows; ++y) {
+    for (double& value : row) value = random.normal();
+    for (int x = 0; x < camera.width; ++x)
+      lines[static_cast<std::size_t>(y) * camera.width + x] =
+          std::accumulate(row.begin() + x, row.begin() + x + w, 0.0);
+  }
+  std::vector<double> noise(static_cast<std::size_t>(camera.width) * camera.height);
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      double sum = 0;
+      for (int k = 0; k < h; ++k) sum += lines[static_cast<std::size_t>(y + k) * camera.width + x];
+      noise[static_cast<std::size_t>(y) * camera.width + x] = sum / std::sqrt(w * h);
+    }
+  return noise;
+}
+
+int pixels(double size_rad, double focal_px) {
+  return std::max(1, static_cast<int>(std::lround(size_rad * focal_px)));
+}
+
 class Kinect {
  public:
   explicit Kinect(const Exposure& view)
       : view_(view),
         p_(view.params),
+        axial_(noise()),
+        jitter_u_(noise()),
+        jitter_v_(noise()),
         depth_bias_(RandomStream(p_.seed, 1u << 20), view.camera.width),
         warp_u_(RandomStream(p_.seed, (1u << 20) + 1), view.camera.width),
         warp_v_(RandomStream(p_.seed, (1u << 20) + 2), view.camera.width) {}
@@ -56,6 +86,11 @@ class Kinect {
   }
 
  private:
+  std::vector<double> noise() const {
+    const DepthCamera& camera = view_.camera;
+    return windowed_noise(view_.random, camera, pixels(p_.window_width_rad, camera.fx_px),
+                          pixels(p_.window_height_rad, camera.fy_px));
+  }
   Vec3 along(double u, double v) const {
     return (view_.camera.X_OS.linear() * view_.camera.direction_S(u, v)).normalized();
   }
@@ -72,11 +107,11 @@ class Kinect {
   /// random numbers, so that one pixel's fate does not change the next one's noise.
   std::optional<SeenPoint> measured(int x, int y) {
     RandomStream& random = view_.random;
-    const double jitter_u = random.normal(), jitter_v = random.normal(), axial = random.normal();
+    const std::size_t pixel = static_cast<std::size_t>(y) * view_.camera.width + x;
     const double lost = random.uniform(), flies = random.uniform(), how_far = random.uniform();
     const double fx = view_.camera.fx_px, u0 = x + 0.5, v0 = y + 0.5;
-    const double u = u0 + fx * (p_.lateral_rad * jitter_u + p_.warp_rad * warp_u_.at(u0, v0));
-    const double v = v0 + fx * (p_.lateral_rad * jitter_v + p_.warp_rad * warp_v_.at(u0, v0));
+    const double u = u0 + fx * (p_.lateral_rad * jitter_u_[pixel] + p_.warp_rad * warp_u_.at(u0, v0));
+    const double v = v0 + fx * (p_.lateral_rad * jitter_v_[pixel] + p_.warp_rad * warp_v_.at(u0, v0));
     const Vec3 ray = along(u, v);
     const auto hit = view_.scene.first_hit(view_.camera.p_OS(), ray);
     if (!hit || shadowed(view_.camera.p_OS() + hit->range_m * ray)) return {};
@@ -87,7 +122,7 @@ class Kinect {
 
     double z = depth_of(hit->range_m, u, v);
     if (flies <= p_.flying_share) z += how_far * room_behind(x, y, z);
-    double inverse = 1 / z + p_.axial_1pm * axial + p_.bias_1pm * depth_bias_.at(u0, v0);
+    double inverse = 1 / z + p_.axial_1pm * axial_[pixel] + p_.bias_1pm * depth_bias_.at(u0, v0);
     if (p_.step_1pm > 0) inverse = std::round(inverse / p_.step_1pm) * p_.step_1pm;
     if (inverse <= 0) return {};
     const double range = view_.camera.direction_S(u0, v0).norm() / inverse;
@@ -119,6 +154,7 @@ class Kinect {
 
   const Exposure& view_;
   const ScanParams& p_;
+  const std::vector<double> axial_, jitter_u_, jitter_v_;
   const SmoothField depth_bias_, warp_u_, warp_v_;
   std::vector<std::optional<double>> clean_;
 };

@@ -42,6 +42,8 @@ void ScanParams::visit(pipeline::Fields& f) {
   f("bias_1pm", bias_1pm, {0, 1}, "kinect: root mean square of the smooth error of the inverse depth");
   f("lateral_rad", lateral_rad, {0, 0.1}, "kinect: deviation of a pixel's direction, right and down");
   f("warp_rad", warp_rad, {0, 0.1}, "kinect: root mean square of its smooth error, right and down");
+  f("window_width_rad", window_width_rad, {0, 0.5}, "kinect: what one disparity is measured of, along a row");
+  f("window_height_rad", window_height_rad, {0, 0.5}, "kinect: and along a column");
   f("baseline_m", baseline_m, {0, 1}, "kinect: from camera to projector, whose shadows have no depth");
   f("dropout_share", dropout_share, {0, 1}, "kinect: pixels without depth anywhere");
   f("grazing_deg", grazing_deg, {0, 89.9}, "kinect: from this angle of incidence up to 90, more and more");

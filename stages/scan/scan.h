@@ -32,7 +32,9 @@ struct ScanParams {
   double step_1pm = 0.00287;
   double bias_1pm = 0.0027;
   double lateral_rad = 0.00125;
-  double warp_rad = 0.003;
+  double warp_rad = 0.0023;
+  double window_width_rad = 0.0152;
+  double window_height_rad = 0.0076;
   double baseline_m = 0.075;
   double dropout_share = 0.01;
   double grazing_deg = 75;
@@ -54,6 +56,6 @@ struct ScanParams {
 /// UserError (geometry) when no ray meets the surface in range.
 geometry::PointCloud scan(const ScanParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage scan_stage{"scan", 2, &scan};
+inline constexpr pipeline::Stage scan_stage{"scan", 3, &scan};
 
 }  // namespace geocage::stages

@@ -281,10 +281,10 @@ TriangleMesh thing_of_chance(Chance& chance, const std::filesystem::path& object
   }
 }
 
-std::vector<TableScene> fresh(const std::filesystem::path& objects) {
+std::vector<TableScene> of_chance(const std::filesystem::path& objects, int first_seed) {
   std::vector<TableScene> list;
   for (int k = 0; k < 27; ++k) {
-    Chance chance(static_cast<std::uint64_t>(1000 + k));
+    Chance chance(static_cast<std::uint64_t>(first_seed + k));
     TableScene scene{"chance " + std::to_string(k), {}};
     const int count = 1 + chance.below(4);
     for (int i = 0; i < count; ++i) {
@@ -316,7 +316,8 @@ std::vector<TableScene> fresh(const std::filesystem::path& objects) {
 
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects) {
   if (set == "tuning") return tuning(objects);
-  return set == "held_out" ? held_out(objects) : fresh(objects);
+  if (set == "held_out") return held_out(objects);
+  return of_chance(objects, set == "fresh" ? 1000 : set == "practice" ? 5000 : 9000);
 }
 
 void write_seen(const TableScene& scene, double elevation_deg, std::uint64_t seed,

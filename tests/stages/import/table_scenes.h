@@ -13,10 +13,11 @@ struct TableScene {
   std::vector<geometry::TriangleMesh> things;
 };
 
-/// A set of scenes by name. "tuning": the numbers of import.cluster_by = shape were chosen on them.
-/// "held_out": other shapes, sizes and arrangements, by hand. "fresh": one to four things of chance, pushed
-/// together or put on each other, by seed. Meshes of `objects`, where it isn't empty, stand among them.
-/// Precondition: one of these names.
+/// A set of scenes by name. "tuning": the numbers of import.cluster_by = shape were chosen on them, and on
+/// "practice". "held_out": other shapes, sizes and arrangements, by hand. "fresh", "practice", "unseen": one
+/// to four things of chance, pushed together or put on each other, each by other seeds; nothing was chosen or
+/// mended by "unseen". Meshes of `objects`, where it isn't empty, stand among them. Precondition: one of
+/// these names.
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects);
 
 /// The scene before the virtual Kinect, 0.85 m from the middle of the table and `elevation_deg` above it, as

@@ -1,5 +1,6 @@
 // How often the things of a table scene become one object each:
-//   build/release/table_study --set tuning|held_out|fresh [--objects DIR] [--rule gap] [--rule shape]
+//   build/release/table_study --set tuning|practice|held_out|fresh|unseen [--objects DIR] [--rule gap]
+//   [--rule shape]
 //   [--keep FOLDER] [--scene NAME]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
@@ -21,7 +22,8 @@ int main(int argc, char** argv) {
   std::string set = "tuning", only;
   fs::path objects, keep;
   std::vector<std::string> rules = {"gap", "shape"};
-  app.add_option("--set", set, "which scenes")->check(CLI::IsMember({"tuning", "held_out", "fresh"}));
+  app.add_option("--set", set, "which scenes")
+      ->check(CLI::IsMember({"tuning", "practice", "held_out", "fresh", "unseen"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules, "values of import.cluster_by");
   app.add_option("--keep", keep, "folder for the scenes")->check(CLI::ExistingDirectory);

@@ -15,6 +15,7 @@ struct PlaneNoise {
   double local_rms_m;    ///< median over squares of 5 cm of the residual of a plane fitted to each
   double whole_rms_m;    ///< residual of one plane fitted to all points
   double spacing_m;      ///< median distance to the nearest other point
+  double spacing_rad;    ///< median of that distance over the depth
   double incidence_rad;  ///< between the plane's normal and z of the points' frame
 };
 
@@ -48,7 +49,7 @@ inline PlaneNoise plane_noise(const Points& points) {
   std::map<std::pair<long, long>, Points> squares;
   for (const auto& p : points)
     squares[{std::lround(frame.col(0).dot(p) / 0.05), std::lround(frame.col(1).dot(p) / 0.05)}].push_back(p);
-  std::vector<double> local, nearest;
+  std::vector<double> local, nearest, angle;
   for (const auto& [square, inside] : squares) {
     if (inside.size() < 200) continue;
     local.push_back(residual_rms(inside));
@@ -58,9 +59,11 @@ inline PlaneNoise plane_noise(const Points& points) {
       for (std::size_t j = 0; j < inside.size(); ++j)
         if (j != i) best = std::min(best, (inside[i] - inside[j]).norm());
       nearest.push_back(best);
+      angle.push_back(best / std::abs(inside[i].z()));
     }
   }
-  return {median(local), residual_rms(points), median(nearest), std::acos(std::abs(plane.normal.z()))};
+  return {median(local), residual_rms(points), median(nearest), median(angle),
+          std::acos(std::abs(plane.normal.z()))};
 }
 
 }  // namespace geocage::tests

@@ -21,8 +21,9 @@ void print_row(const std::string& what, const tests::Points& from_sensor) {
   const auto noise = tests::plane_noise(from_sensor);
   std::vector<double> depth;
   for (const Vec3& p : from_sensor) depth.push_back(std::abs(p.z()));
-  fmt::print("| {} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", what, noise.incidence_rad * 180 / M_PI,
-             tests::median(depth), 1e3 * noise.local_rms_m, 1e3 * noise.whole_rms_m, 1e3 * noise.spacing_m);
+  fmt::print("| {} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", what,
+             noise.incidence_rad * 180 / M_PI, tests::median(depth), 1e3 * noise.local_rms_m,
+             1e3 * noise.whole_rms_m, 1e3 * noise.spacing_m, 1e3 * noise.spacing_rad);
 }
 
 void print_real(const fs::path& file) {
@@ -61,8 +62,9 @@ void print_virtual(double range_m, double lean_deg, double warp_rad, std::uint64
 
 int main(int argc, char** argv) {
   fmt::print(
-      "| plane | lean / deg | median depth / m | local rms / mm | whole rms / mm | spacing / mm "
-      "|\n|---|---|---|---|---|---|\n");
+      "| plane | lean / deg | median depth / m | local rms / mm | whole rms / mm | spacing / mm | spacing / "
+      "mrad "
+      "|\n|---|---|---|---|---|---|---|\n");
   try {
     std::vector<fs::path> files;
     if (argc > 1)
@@ -72,8 +74,7 @@ int main(int argc, char** argv) {
     for (const auto& file : files) print_real(file);
     const double usual = stages::ScanParams().warp_rad;
     for (std::uint64_t seed : {1, 2, 3}) print_virtual(0.8, 0, usual, seed);
-    for (double warp_rad : {usual, 0.0021})
-      for (std::uint64_t seed : {1, 2, 3}) print_virtual(0.93, 56, warp_rad, seed);
+    for (std::uint64_t seed : {1, 2, 3}) print_virtual(0.93, 56, usual, seed);
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 1;
