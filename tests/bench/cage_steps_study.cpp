@@ -148,8 +148,8 @@ int main(int argc, char** argv) {
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     Job& job = jobs[i];
-    CageProtocol half = job.protocol, twice = job.protocol;
-    half.engine.dt_s /= 2, half.engine.most_motion_m /= 2;
+    const CageProtocol half = geocage::physics::at_half_step(job.protocol);
+    CageProtocol twice = job.protocol;
     twice.engine.iterations *= 2;
     const double start = processor_s();
     job.base = job.run(job.protocol);
