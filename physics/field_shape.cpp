@@ -111,14 +111,18 @@ bool keep_walls(FieldContacts& contacts, const AxisLine& line, double t, const V
   Vec3 across = along.cross(slope);
   if (across.norm() < 1e-3) across = along.unitOrthogonal();
   across.normalize();
+  const double nearest = line.value(t);
   FieldContact walls[2];
   for (int side = 0; side < 2; ++side) {
     const Vec3 beside = p + (side == 0 ? h : -h) * across;
-    Vec3 normal = slope_at(line.field, beside, h / 2);
-    normal = (normal - normal.dot(along) * along).stableNormalized();
-    walls[side] = {p, normal, line.field.value(beside) - normal.dot(beside - p)};
+    const Vec3 wall = slope_at(line.field, beside, h / 2);
+    const double gap = line.field.value(beside) - wall.dot(beside - p);
+    walls[side] = {p, outward_normal(line, t, wall), std::max(gap, nearest)};
   }
   if (walls[0].n_O.dot(walls[1].n_O) > apart) return false;
+  // Planes that leave out what is nearest are not the walls: there are more than two, or they are bent.
+  if (std::min(walls[0].value_m, walls[1].value_m) > nearest + same_gap_m)
+    keep(contacts, {p, outward_normal(line, t, slope), nearest});
   for (const FieldContact& wall : walls)
     if (wall.value_m < reach) keep(contacts, wall);
   return true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -66,6 +67,26 @@ TEST(FieldContacts, of_a_groove_are_its_two_walls) {
     right |= (contact.n_O - Vec3(-1, 0, 1).normalized()).norm() < 1e-3;
   }
   EXPECT_TRUE(left && right);
+}
+
+// A fingertip in the corner of three walls, whichever way it points: the deepest contact is as deep as the
+// field says at the nearest place of its axis, no less and no more, but for what shares a load (0.05 mm) and
+// a sample's refinement (1 % of 8 mm).
+TEST(FieldContacts, of_a_tip_in_a_corner_tell_the_depth_of_the_nearest_wall) {
+  const auto field = filled(Vec3::Constant(0.06), 0.002, [](const Vec3& p) { return p.minCoeff(); });
+  const double r = 0.01;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<> unit(0, 1);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 tip =
+        Vec3::Constant(r) + 1e-3 * Vec3(unit(random), unit(random), unit(random)) - Vec3::Constant(1e-3);
+    const Vec3 away = Vec3(unit(random), unit(random), unit(random)).normalized();
+    const FieldContacts found = field_contacts(field, {tip + 0.03 * away, tip, r}, contact_m);
+    double deepest = 1, nearest = 1;
+    for (int c = 0; c < found.size; ++c) deepest = std::min(deepest, found.items[c].value_m);
+    for (double at = 0; at <= 0.03; at += 1e-5) nearest = std::min(nearest, field.value(tip + at * away));
+    EXPECT_NEAR(deepest, nearest, 1.3e-4) << tip.transpose() << " along " << away.transpose();
+  }
 }
 
 // A finger across a hollow rests on both rims, though one is 0.2 mm deeper than the other: two balls, a
