@@ -35,7 +35,7 @@ inline double in_box(const SignedDistanceField& field, double wanted, int i) {
   return std::min(std::max(wanted, 0.0), double(field.nodes[i] - 1));
 }
 
-inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
+[[gnu::always_inline]] inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
   const double x = in_cells(field, p_O, 0), y = in_cells(field, p_O, 1), z = in_cells(field, p_O, 2);
   const double qx = in_box(field, x, 0), qy = in_box(field, y, 1), qz = in_box(field, z, 2);
   const bool in_grid = x == qx && y == qy && z == qz;

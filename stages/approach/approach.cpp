@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "geometry/clearance.h"
 #include "hands/arm.h"
 #include "hands/closing.h"
 #include "motion/approach.h"
@@ -83,34 +82,21 @@ motion::ApproachRule rule_of(const ApproachParams& p) {
   return rule;
 }
 
-/// What all ways keep away from, and what it is made of.
+/// What all ways keep away from.
 struct Scene {
   const geometry::SignedDistanceField& field;
-  geometry::SignedDistanceField foreign;  ///< of what the map holds besides object and support
   motion::Obstacles obstacles;
-  std::size_t foreign_cells = 0;
   Vec3 middle_O = Vec3::Zero(), up_O = Vec3::UnitZ();
 
   Scene(const geometry::SignedDistanceField& object, const geometry::PointCloud& cloud,
-        const geometry::Occupancy& map)
+        const geometry::SignedDistanceField& others)
       : field(object) {
     obstacles.fields.push_back({&field});
+    if (!others.coarse.empty()) obstacles.fields.push_back(motion::map_obstacle(others));
     obstacles.support = cloud.support;
     if (cloud.support) up_O = cloud.support->normal;
     middle_O =
         field.origin + field.cell_m / 2 * Vec3(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
-    const auto cells = geometry::occupied_cells(map);
-    geometry::PointCloud others;
-    for (const Vec3& p : cells.centers_O) {
-      if (field.value(p) < 1.5 * cells.side_m)
-        continue;  // the object's own surface runs through or beside it
-      if (cloud.support && cloud.support->height_m(p) < 1.5 * cells.side_m) continue;
-      others.points.push_back(p);
-    }
-    foreign_cells = others.points.size();
-    if (foreign_cells == 0) return;
-    foreign = geometry::clearance_field(geometry::map_of_rays(others, cells.side_m), {});
-    obstacles.fields.push_back(motion::map_obstacle(foreign));
   }
 };
 
@@ -395,9 +381,8 @@ void report(const motion::TrajectorySet& set, pipeline::Run& run) {
 motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const hands::GraspSet& grasps, const geometry::SignedDistanceField& field,
                                const geometry::PointCloud& support_cloud,
-                               const geometry::Occupancy& occupancy, const hands::Hand& hand) {
-  const Scene scene(field, support_cloud, occupancy);
-  run.metric("foreign_cells", static_cast<double>(scene.foreign_cells));
+                               const geometry::SignedDistanceField& others, const hands::Hand& hand) {
+  const Scene scene(field, support_cloud, others);
   std::unique_ptr<hands::ArmedHand> armed;
   Pose X_OB = Pose::Identity();
   if (params.arm != "none") {

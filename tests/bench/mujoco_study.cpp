@@ -77,8 +77,12 @@ Seen mujoco_pull(const Settings& settings, const physics::LockedHand& locked, co
   return seen;
 }
 
-Seen bullet_pull(const physics::LockedHand& locked, const physics::ObjectBody& body, const Vec3& way) {
-  const auto trial = physics::pull_trial(locked.protocol, body, locked.escape, way, 0);
+/// `parts`: of the step.
+Seen bullet_pull(const physics::LockedHand& locked, const physics::ObjectBody& body, const Vec3& way,
+                 int parts = 1) {
+  physics::CageProtocol protocol = locked.protocol;
+  protocol.engine.dt_s /= parts;
+  const auto trial = physics::pull_trial(protocol, body, locked.escape, way, 0);
   return {trial.outcome, trial.max_displacement_m, trial.max_rotation_rad, trial.ended_s,
           trial.penetration_m};
 }
@@ -171,7 +175,8 @@ void compare(const StudyObject& object, const hands::Hand& hand, const Settings&
         const Seen mujoco = mujoco_pull(settings, locked, body, walls, way.axis_O);
         pulls.push_back({label + way.name, bullet.outcome, mujoco.outcome});
         if (bullet.outcome != mujoco.outcome)
-          std::printf("- %s: Bullet %s; MuJoCo %s\n", pulls.back().name.c_str(), words(bullet).c_str(),
+          std::printf("- %s: Bullet %s; at an eighth of the step %s; MuJoCo %s\n", pulls.back().name.c_str(),
+                      words(bullet).c_str(), words(bullet_pull(locked, body, way.axis_O, 8)).c_str(),
                       words(mujoco).c_str());
       }
       if (force) {
