@@ -39,7 +39,7 @@ void Console::bar() {
   if (quiet_ || !terminal_ || total_ == 0) return;
   const std::size_t width = 24, full = width * ended_ / total_;
   std::string names;
-  for (const auto& [slot, how_far] : running_) names += " " + slot + how_far;
+  for (const auto& [slot, how_far] : running_) names.append(" ").append(slot).append(how_far);
   fmt::print(stderr, "{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_,
              total_, pace(), names);
   std::fflush(stderr);

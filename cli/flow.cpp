@@ -332,7 +332,6 @@ class Planner {
                  const Target<geometry::TriangleMesh>& truth) {
     const auto cloud = slot("cloud", stages::cloud_stage, p.cloud, seen);
     const auto occupancy = slot("occupancy", stages::occupancy_stage, p.occupancy, cloud);
-    slot("clearance", stages::clearance_stage, p.clearance, occupancy);
     const bool true_surface = p.noise.surface == "truth";
     const auto surface =
         true_surface ? truth : slot("reconstruct", stages::reconstruct_stage, p.reconstruct, cloud);
@@ -348,6 +347,7 @@ class Planner {
     const bool compared =
         p.agreement.reference == "clean" || (p.agreement.reference == "truth" && !object.cloud);
     const auto field = slot("field", stages::field_stage, p.field, mesh);
+    const auto others = slot("clearance", stages::clearance_stage, p.clearance, occupancy, cloud, field);
     const auto tested = object.cloud ? mesh : truth;
     const auto tested_field = object.cloud ? field : slot("truth_field", stages::field_stage, p.field, truth);
 
@@ -375,7 +375,7 @@ class Planner {
       const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
                                occupancy, hands_[i]);
       const auto ways = slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud,
-                             occupancy, hands_[i]);
+                             others, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,
            hands_[i]);
       auto cage_params = p.cage;

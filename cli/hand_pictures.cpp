@@ -95,6 +95,7 @@ void write_hand_pictures(const std::vector<hands::Hand>& hands, const std::files
       continue;
     }
     std::vector<reports::HandAtObject> closed;
+    closed.reserve(props.size());
     for (const Prop& at : props) closed.push_back(closed_on(hand, at));
     reports::write_png(folder / (hand.name + ".png"), reports::hand_sheet(hand, closed));
   }

@@ -62,7 +62,7 @@ class Program {
   }
 
  private:
-  CLI::App* command(const char* name, const char* what, std::function<int()> work,
+  CLI::App* command(const char* name, const char* what, const std::function<int()>& work,
                     CLI::App* parent = nullptr) {
     CLI::App* sub = (parent ? parent : &app_)->add_subcommand(name, what);
     sub->footer(footer(parent ? parent->get_name() + " " + name : std::string(name)));

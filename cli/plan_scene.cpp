@@ -138,7 +138,7 @@ class TaskReader {
       tasks.push_back(motion::position_task(mover, frame(),
                                             motion::constant_target(table_.vector("target_m")), profile_));
     } else if (kind == "orientation") {
-      const auto R = turn_or_none(table_, "target_wxyz");
+      auto R = turn_or_none(table_, "target_wxyz");
       tasks.push_back(motion::orientation_task(
           mover, frame(), [R](int) { return R; }, profile_));
     } else if (kind == "alignment") {
@@ -259,8 +259,9 @@ void read_scene(const fs::path& file, PlanScene& scene) {
   }
   read_robot(table.table("robot"), scene);
   if (table.has("obstacle"))
-    for (TomlTable obstacle : table.tables("obstacle")) read_obstacle(obstacle, file.parent_path(), scene);
-  for (TomlTable task : table.tables("task")) TaskReader(task, scene).read();
+    for (const TomlTable& obstacle : table.tables("obstacle"))
+      read_obstacle(obstacle, file.parent_path(), scene);
+  for (const TomlTable& task : table.tables("task")) TaskReader(task, scene).read();
   table.end();
 }
 

@@ -208,6 +208,7 @@ class Reader {
   }
   std::vector<Cell> cells(const std::vector<Cell>& row, const std::vector<std::string>& names) const {
     std::vector<Cell> found;
+    found.reserve(names.size());
     for (const auto& name : names) found.push_back(cell(row, name));
     return found;
   }
@@ -421,7 +422,7 @@ void write_summary(const Flow& flow, const std::vector<Table>& tables, const fs:
 
 fs::path write_results(const Flow& flow, const RunSummary& summary, const fs::path& folder) {
   const Table grasps = grasp_table(flow, summary);
-  const fs::path csv = folder / "results.csv";
+  fs::path csv = folder / "results.csv";
   fs::create_directories(folder);
   std::ofstream out(csv, std::ios::binary);
   out << csv_text(grasps);

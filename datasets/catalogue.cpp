@@ -161,7 +161,7 @@ std::string unpack_package(const Entry& entry, const fs::path& work, const Fetch
 fs::path bring_package(const Entry& entry, const fs::path& work, const FetchLimits& limits,
                        std::string& why) {
   why = unpack_package(entry, work, limits);
-  const fs::path file = work / "root" / entry.path;
+  fs::path file = work / "root" / entry.path;
   if (!why.empty() || entry.member.empty()) return file;
   why = unpack_tar(file, entry.member, work, limits);
   return work / entry.member;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <octomap/octomap.h>
 
@@ -126,27 +127,131 @@ std::vector<double> squared_distances(const std::array<int, 3>& size, const std:
   return distance;
 }
 
-SignedDistanceField clearance_field(const Occupancy& map, const ClearanceRule& rule) {
-  Cells cells = cells_of(*map.tree, rule.pad_m);
-  fill(cells, *map.tree);
-  std::vector<bool> solid, open;
-  for (const Space space : cells.space) {
-    solid.push_back(space == Space::occupied || (space == Space::unknown && rule.unknown_is_solid));
-    open.push_back(!solid.back());
-  }
+namespace {
+
+SignedDistanceField field_of(const Cells& cells, const std::vector<bool>& solid, double cell_m) {
+  std::vector<bool> open = solid;
+  open.flip();
   const auto to_solid = squared_distances(cells.size, solid), to_open = squared_distances(cells.size, open);
   SignedDistanceField field;
   field.origin = cells.first;
-  field.cell_m = map.tree->getResolution();
+  field.cell_m = cell_m;
   field.nodes = cells.size;
   const double most =
       std::hypot(cells.size[0], cells.size[1], cells.size[2]);  // where no cell is of one kind
-  for (std::size_t i = 0; i < cells.space.size(); ++i) {
+  for (std::size_t i = 0; i < solid.size(); ++i) {
     const double distance = std::min(most, std::sqrt(solid[i] ? to_open[i] : to_solid[i])) - 0.5;
-    field.coarse.push_back(static_cast<float>((solid[i] ? -distance : distance) * field.cell_m));
+    field.coarse.push_back(static_cast<float>((solid[i] ? -distance : distance) * cell_m));
   }
   field.block.assign(std::size_t(cells.size[0] - 1) * (cells.size[1] - 1) * (cells.size[2] - 1), 0);
   return field;
+}
+
+/// Groups of cells that touch, by a flood over their places in a hash of whole numbers.
+std::vector<int> group_sizes(const std::vector<Vec3>& centers, double side_m) {
+  std::map<std::array<long, 3>, std::size_t> at;
+  const auto place = [&](const Vec3& p) {
+    return std::array<long, 3>{std::lround(p.x() / side_m - 0.5), std::lround(p.y() / side_m - 0.5),
+                               std::lround(p.z() / side_m - 0.5)};
+  };
+  for (std::size_t i = 0; i < centers.size(); ++i) at[place(centers[i])] = i;
+  std::vector<int> size(centers.size(), 0);
+  for (std::size_t first = 0; first < centers.size(); ++first) {
+    if (size[first] != 0) continue;
+    std::vector<std::size_t> group = {first};
+    size[first] = -1;
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      const auto here = place(centers[group[k]]);
+      for (long x = -1; x <= 1; ++x)
+        for (long y = -1; y <= 1; ++y)
+          for (long z = -1; z <= 1; ++z) {
+            const auto found = at.find({here[0] + x, here[1] + y, here[2] + z});
+            if (found == at.end() || size[found->second] != 0) continue;
+            size[found->second] = -1;
+            group.push_back(found->second);
+          }
+    }
+    for (std::size_t i : group) size[i] = static_cast<int>(group.size());
+  }
+  return size;
+}
+
+}  // namespace
+
+SignedDistanceField clearance_field(const Occupancy& map, const ClearanceRule& rule) {
+  Cells cells = cells_of(*map.tree, rule.pad_m);
+  fill(cells, *map.tree);
+  std::vector<bool> solid;
+  for (const Space space : cells.space)
+    solid.push_back(space == Space::occupied || (space == Space::unknown && rule.unknown_is_solid));
+  return field_of(cells, solid, map.tree->getResolution());
+}
+
+Others other_cells(const Occupancy& map, const SignedDistanceField& object, const PointCloud& cloud,
+                   const OwnRule& rule) {
+  Others others;
+  const OccupiedCells cells = occupied_cells(map);
+  std::vector<double> off;
+  for (const Vec3& p : cloud.points) {
+    if (cloud.support && cloud.support->height_m(p) < rule.near_cells * cells.side_m) continue;
+    const double distance = std::abs(object.value(p));
+    if (distance < rule.noise_reach_m) off.push_back(distance);
+  }
+  if (!off.empty()) {
+    const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+    std::nth_element(off.begin(), middle, off.end());
+    others.deviation_m = 1.4826 * *middle;
+  }
+  others.band_m = rule.near_cells * cells.side_m + rule.noise_deviations * others.deviation_m;
+  std::vector<Vec3> left;
+  for (const Vec3& p : cells.centers_O) {
+    if (object.value(p) < others.band_m)
+      ++others.of_object;
+    else if (cloud.support && cloud.support->height_m(p) < others.band_m)
+      ++others.of_support;
+    else
+      left.push_back(p);
+  }
+  const auto sizes = group_sizes(left, cells.side_m);
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    if (sizes[i] < rule.least_cells)
+      ++others.stray;
+    else
+      others.centers_O.push_back(left[i]);
+  }
+  return others;
+}
+
+SignedDistanceField clearance_of_others(const Occupancy& map, const Others& others,
+                                        const SignedDistanceField& object, const PointCloud& cloud,
+                                        const ClearanceRule& rule) {
+  if (!map.tree || (others.centers_O.empty() && !rule.unknown_is_solid)) return {};
+  PointCloud points;
+  points.points = others.centers_O;
+  if (!rule.unknown_is_solid)
+    return clearance_field(map_of_rays(points, map.tree->getResolution()), {false, rule.pad_m});
+  Cells cells = cells_of(*map.tree, rule.pad_m);
+  fill(cells, *map.tree);
+  std::vector<bool> solid;
+  bool any = false;
+  std::size_t i = 0;
+  for (int z = 0; z < cells.size[2]; ++z)
+    for (int y = 0; y < cells.size[1]; ++y)
+      for (int x = 0; x < cells.size[0]; ++x, ++i) {
+        const Vec3 p = cells.first + map.tree->getResolution() * Vec3(x, y, z);
+        solid.push_back(cells.space[i] == Space::unknown && object.value(p) >= others.band_m &&
+                        !(cloud.support && cloud.support->height_m(p) < others.band_m));
+        any |= solid.back();
+      }
+  for (const Vec3& p : others.centers_O) {
+    std::array<int, 3> at;
+    for (int k = 0; k < 3; ++k)
+      at[static_cast<std::size_t>(k)] =
+          static_cast<int>(std::lround((p[k] - cells.first[k]) / map.tree->getResolution()));
+    solid[cells.index(at)] = any = true;
+  }
+  if (!any) return {};
+  return field_of(cells, solid, map.tree->getResolution());
 }
 
 }  // namespace geocage::geometry

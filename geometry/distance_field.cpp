@@ -35,7 +35,7 @@ inline double in_box(const SignedDistanceField& field, double wanted, int i) {
   return std::min(std::max(wanted, 0.0), double(field.nodes[i] - 1));
 }
 
-inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
+[[gnu::always_inline]] inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
   const double x = in_cells(field, p_O, 0), y = in_cells(field, p_O, 1), z = in_cells(field, p_O, 2);
   const double qx = in_box(field, x, 0), qy = in_box(field, y, 1), qz = in_box(field, z, 2);
   const bool in_grid = x == qx && y == qy && z == qz;
@@ -105,7 +105,10 @@ double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {
 
 SignedDistanceField::Cell SignedDistanceField::cell_at(const Vec3& p_O) const {
   const Corners corners = corners_around(*this, p_O);
-  return {cell_m / corners.parts, {corners.fx, corners.fy, corners.fz}};
+  return {cell_m / corners.parts,
+          {corners.fx, corners.fy, corners.fz},
+          interpolate<false>(corners, nullptr),
+          corners.in_grid ? 0 : beyond_m(*this, p_O).norm()};
 }
 
 double SignedDistanceField::finest_cell_m() const {

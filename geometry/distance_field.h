@@ -28,6 +28,8 @@ struct SignedDistanceField {
   struct Cell {
     double side_m;
     Vec3 fraction;
+    double value;   ///< there: that of the nearest point of the box when p is outside
+    double away_m;  ///< of p from the box; 0 inside
   };
   Cell cell_at(const Vec3& p_O) const;
   /// Side of the smallest cell.

@@ -77,7 +77,7 @@ void load_artefact(SignedDistanceField& field, const fs::path& dir) {
   field.nodes = read["nodes"].get<std::array<int, 3>>();
   const auto& n = field.nodes;
   field.coarse.resize(std::size_t(n[0]) * n[1] * n[2]);
-  field.block.resize(std::size_t(n[0] - 1) * (n[1] - 1) * (n[2] - 1));
+  if (!field.coarse.empty()) field.block.resize(std::size_t(n[0] - 1) * (n[1] - 1) * (n[2] - 1));
   field.fine.resize(read["fine_nodes"]);
   std::ifstream coarse(dir / "coarse.nrrd", std::ios::binary);
   coarse.seekg(static_cast<std::streamoff>(nrrd_header(field).size()));

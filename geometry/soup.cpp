@@ -115,6 +115,7 @@ class BorderVertices {
     }
     std::sort(found.begin(), found.end());
     std::vector<int> inside;
+    inside.reserve(found.size());
     for (const auto& [t, v] : found) inside.push_back(v);
     return inside;
   }

@@ -21,7 +21,7 @@ namespace {
 
 fs::path folder_of(const std::string& name_or_path) {
   if (fs::exists(fs::path(name_or_path) / "arm.toml")) return name_or_path;
-  const fs::path known = hands_folder() / "arms" / name_or_path;
+  fs::path known = hands_folder() / "arms" / name_or_path;
   if (!name_or_path.empty() && fs::exists(known / "arm.toml")) return known;
   throw UserError(Fault::configuration, "arm '" + name_or_path + "'", "there is no such arm",
                   fmt::format("known: {}", fmt::join(arm_names(), ", ")));

@@ -235,6 +235,7 @@ std::vector<std::vector<Group>> groups_of(const Hand& hand, ClosingOrder order) 
 std::vector<CapsuleDistance> distances(const geometry::SignedDistanceField& field,
                                        const std::vector<PlacedCapsule>& capsules) {
   std::vector<CapsuleDistance> all;
+  all.reserve(capsules.size());
   for (const PlacedCapsule& capsule : capsules) all.push_back(capsule_distance(field, capsule));
   return all;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <system_error>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/error.h"
@@ -62,7 +63,7 @@ std::vector<Vec3> points(const json& object, const std::string& key, const std::
     throw UserError(Fault::input, where, "'" + key + "' is not a list of points");
   std::vector<Vec3> all;
   for (std::size_t i = 0; i < list.size(); ++i)
-    all.push_back(vector<3>(list[i], where + ": " + key + "[" + std::to_string(i) + "]"));
+    all.push_back(vector<3>(list[i], fmt::format("{}: {}[{}]", where, key, i)));
   return all;
 }
 
@@ -71,7 +72,8 @@ std::map<std::string, double> numbers(const json& object, const std::string& key
   if (!object.contains(key)) return values;
   const json& map = object[key];
   if (!map.is_object()) throw UserError(Fault::input, where, "'" + key + "' is not a JSON object of numbers");
-  for (const auto& [name, value] : map.items()) values[name] = number(value, where + ": " + key + "." + name);
+  for (const auto& [name, value] : map.items())
+    values[name] = number(value, fmt::format("{}: {}.{}", where, key, name));
   return values;
 }
 

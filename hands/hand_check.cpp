@@ -133,9 +133,9 @@ std::string finger_draft(const KinematicTree& tree, const std::vector<std::vecto
     if (!own) continue;
     const std::string comma = joints.empty() ? "" : ", ";
     const double rest = std::clamp(0.0, tree.lower_rad[joint.dof], tree.upper_rad[joint.dof]);
-    joints = "\"" + joint.name + "\"" + comma + joints;
+    joints = fmt::format("\"{}\"{}{}", joint.name, comma, joints);
     open = fmt::format("{}{}{}", rest, comma, open);
-    closing = "1" + comma + closing;
+    closing = fmt::format("1{}{}", comma, closing);
   }
   if (joints.empty()) return {};
   return fmt::format(

@@ -50,7 +50,7 @@ KinematicData::KinematicData(const KinematicTree& tree)
 }
 
 void link_jacobians(const KinematicTree& tree, KinematicData& data) {
-  const int n = data.dofs;
+  const Eigen::Index n = data.dofs;
   data.link_jacobians.leftCols(n).setZero();
   for (const Joint& joint : tree.joints) {
     const auto of_parent = data.link_jacobians.middleCols(joint.parent_link * n, n);

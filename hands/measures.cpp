@@ -66,6 +66,7 @@ std::vector<Polyline> finger_lines(const Hand& hand, const Pose& X_OH, const Eig
 std::vector<double> wrap_angles_rad(const std::vector<Polyline>& fingers, const Vec3& center_O,
                                     const Vec3& axis_O) {
   std::vector<double> angles;
+  angles.reserve(fingers.size());
   for (const Polyline& finger : fingers)
     angles.push_back(two_pi * std::abs(topology::winding_number(finger, center_O, axis_O)));
   return angles;
@@ -74,6 +75,7 @@ std::vector<double> wrap_angles_rad(const std::vector<Polyline>& fingers, const 
 double contact_wrap_rad(const std::vector<Contact>& contacts, const Vec3& center_O, const Vec3& axis_O) {
   if (contacts.size() < 2) return 0;
   std::vector<double> angles;
+  angles.reserve(contacts.size());
   for (const Contact& contact : contacts) angles.push_back(angle_about(contact.p_O, center_O, axis_O));
   std::sort(angles.begin(), angles.end());
   double gap = angles.front() + two_pi - angles.back();

@@ -61,7 +61,8 @@ ApproachPlanner::ApproachPlanner(const Mover& mover, const Obstacles& obstacles,
       rule_(rule),
       prover_(mover, obstacles, pairs_),
       free_tolerance_(mover.hand().tree.links.size(), rule.tolerance_m),
-      closing_tolerance_(free_tolerance_) {
+      closing_tolerance_(free_tolerance_),
+      cut_tolerance_(free_tolerance_.size(), -rule.cut_clearance_m) {
   for (const auto& finger : mover.hand().fingers)
     for (int link : finger.links)
       closing_tolerance_[static_cast<std::size_t>(link)] = rule.closing_tolerance_m;
@@ -109,12 +110,16 @@ Path ApproachPlanner::straight_closing(const ApproachGoal& goal) {
   const hands::Hand& hand = mover_.hand();
   const VectorXd lower = mover_.lower().cwiseMin(closed), upper = mover_.upper().cwiseMax(closed);
   const VectorXd opening = (hand.closing_rad.array() * hand.closing_speed.array()).matrix();
+  // What doesn't close stays where it is: it has to be free, no more.
+  std::vector<double> room(free_tolerance_);
+  for (const auto& finger : hand.fingers)
+    for (int link : finger.links) room[static_cast<std::size_t>(link)] = -rule_.wrap_clearance_m;
   for (double step = 0.02; step < 0.5; step *= 1.3) {
     VectorXd x = closed;
     x.tail(opening.size()) -= step * opening;
     // Not beyond where the fingers came from.
     x = x.cwiseMax(lower).cwiseMin(upper).cwiseMax(open.cwiseMin(closed)).cwiseMin(open.cwiseMax(closed));
-    if (!prover_.posture_free(x, rule_.wrap_clearance_m)) continue;
+    if (!prover_.posture_free(x, room)) continue;
     const Path path = {x, closed};
     return prove_closing(path).outcome == Proof::free ? path : Path();
   }
@@ -171,7 +176,7 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
                       .damping = rule_.damping,
                       .proximal = true,
                       .step_tolerance = 1e-3,
-                      .cost_tolerance = 1e-3};
+                      .cost_tolerance = rule_.cost_tolerance};
     params.mode = SweepMode::whole;
     Aico search(problem, params);
     const AicoResult& found = search.search(path);
@@ -181,7 +186,7 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
   } else {
     GaussNewton search(problem, {.max_steps = std::min(most_sweeps, rule_.max_sweeps),
                                  .damping = rule_.damping,
-                                 .cost_tolerance = 1e-3,
+                                 .cost_tolerance = rule_.cost_tolerance,
                                  .step_tolerance = 1e-3});
     const GaussNewtonResult& found = search.search(path);
     report.sweeps += found.steps;
@@ -231,7 +236,57 @@ bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* clo
   return false;
 }
 
+/// Straight pieces in place of waypoints before `last`, long ones first; they stay as many.
+void ApproachPlanner::cut_corners(Path& path, std::size_t last) {
+  const double worth = 0.003 * length_of(path);
+  std::vector<double> along(last + 1, 0);
+  const auto measure = [&](std::size_t from) {
+    for (std::size_t t = from + 1; t <= last; ++t) along[t] = along[t - 1] + (path[t] - path[t - 1]).norm();
+  };
+  measure(0);
+  for (std::size_t stride = last; stride > 2; stride = (stride + 1) / 2)
+    for (std::size_t i = 0; i + stride <= last; i += stride / 2) {
+      const VectorXd from = path[i], to = path[i + stride];
+      if (along[i + stride] - along[i] - (to - from).norm() < worth) continue;
+      if (!prover_.frees({from, to}, cut_tolerance_)) continue;
+      for (std::size_t k = 1; k < stride; ++k)
+        path[i + k] = from + static_cast<double>(k) / static_cast<double>(stride) * (to - from);
+      measure(i);
+    }
+}
+
+void ApproachPlanner::shorten(ApproachPlan& plan) {
+  Path path = plan.path;
+  std::size_t free = plan.free;
+  cut_corners(path, free - 1);
+  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+    const std::size_t i = (free - 1) * quarter / 4;
+    const Path straight = {path[i], path.back()};
+    if (!prover_.frees(straight, closing_tolerance_)) continue;
+    const Path pieces = respaced(straight, static_cast<int>(path.size() - i) - 1);
+    path.resize(i);
+    path.insert(path.end(), pieces.begin(), pieces.end());
+    free = i + 1 + static_cast<std::size_t>(prover_.certify(pieces, cut_tolerance_).steps);
+    break;
+  }
+  const double length = length_of(path);
+  if (length >= plan.length) return;
+  const auto begin = path.begin() + static_cast<std::ptrdiff_t>(free) - 1;
+  const Certificate proof = prove_free(Path(path.begin(), begin + 1));
+  if (proof.outcome != Proof::free || !prover_.frees(Path(begin, path.end()), closing_tolerance_)) return;
+  plan.proof = proof;
+  plan.path = std::move(path);
+  plan.free = free;
+  plan.length = length;
+}
+
 ApproachPlan ApproachPlanner::plan(const ApproachGoal& goal, bool sampling) {
+  ApproachPlan plan = found(goal, sampling);
+  if (plan.outcome == ApproachOutcome::planned) shorten(plan);
+  return plan;
+}
+
+ApproachPlan ApproachPlanner::found(const ApproachGoal& goal, bool sampling) {
   ApproachPlan plan;
   const Path straight = straight_closing(goal);
   if (!straight.empty()) {

@@ -21,12 +21,14 @@ struct ApproachRule {
   double collision_precision = 0.5;
   double goal_precision = 1e4;
   double limits_precision = 10;
-  double damping = 1e-2;
+  double damping = 0.1;
+  double cost_tolerance = 1e-2;  ///< a search ends when a sweep brings less than this share
   int max_sweeps = 40;
   bool by_messages = false;            ///< AICO instead of block Gauss-Newton: the same cost
   double tolerance_m = 5e-4;           ///< an open hand is nowhere deeper than this
   double closing_tolerance_m = 0.003;  ///< fingers that close may be
   double wrap_clearance_m = 0.002;     ///< fingers close on the way as far as they are proven to keep this
+  double cut_clearance_m = 0.001;  ///< a straight piece replaces waypoints where it is proven to keep this
   int rrt_iterations = 2000;
   std::uint64_t seed = 1;
 };
@@ -107,6 +109,10 @@ class ApproachPlanner {
   /// longer.
   bool improve(const Path& way, const Path& rest, const char* closing, ApproachPlan& plan);
   Path way_of(const ApproachGoal& goal) const;
+  ApproachPlan found(const ApproachGoal& goal, bool sampling);
+  /// Closing begins as early as one straight piece to the closed hand is proven, then corners are cut.
+  void shorten(ApproachPlan& plan);
+  void cut_corners(Path& path, std::size_t last);
   bool within_limits(const Path& path) const;
 
   const Mover& mover_;
@@ -114,7 +120,7 @@ class ApproachPlanner {
   const std::vector<std::pair<int, int>> pairs_;
   const ApproachRule rule_;
   Prover prover_;
-  std::vector<double> free_tolerance_, closing_tolerance_;  ///< of each link
+  std::vector<double> free_tolerance_, closing_tolerance_, cut_tolerance_;  ///< of each link
 };
 
 }  // namespace geocage::motion

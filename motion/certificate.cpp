@@ -24,22 +24,46 @@ double spread(const Vec3& fraction) {
 
 }  // namespace
 
-double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec3& p_O,
-                           double node_excess_m) {
-  const Vec3 cells(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
-  const Vec3 wanted = (p_O - field.origin) / field.cell_m;
-  const Vec3 inside = wanted.cwiseMax(0).cwiseMin(cells);
-  const double away = (wanted - inside).norm() * field.cell_m;
-  const auto [h, fraction] = field.cell_at(p_O);
-  const double value = field.value(p_O) - away - float_slack_m - node_excess_m;
-  const double error2 = h * h * spread(fraction), error = std::sqrt(error2);
+DistanceBound::DistanceBound(const geometry::SignedDistanceField& field, double node_excess_m)
+    : field_(&field), excess_m_(node_excess_m), low_O_(field.origin), high_O_(field.origin) {
+  const auto& n = field.nodes;
+  const std::ptrdiff_t stride[] = {1, n[0], std::ptrdiff_t(n[0]) * n[1]};
+  const double error2 = field.cell_m * field.cell_m / 2;  // on a face two coordinates lie between nodes
+  for (int axis = 0; axis < 3; ++axis) {
+    high_O_[axis] += field.cell_m * (n[static_cast<std::size_t>(axis)] - 1);
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const auto inward_m = [&](std::ptrdiff_t at) {
+      double least = infinite;
+      for (int j = 0; j < n[static_cast<std::size_t>(v)]; ++j)
+        for (int i = 0; i < n[static_cast<std::size_t>(u)]; ++i)
+          least = std::min<double>(
+              least, field.coarse[static_cast<std::size_t>(at + i * stride[u] + j * stride[v])]);
+      const double value = least - float_slack_m - node_excess_m;
+      return value > 0 ? std::sqrt(std::max(0.0, value * value - error2)) : 0;
+    };
+    const double low_m = inward_m(0),
+                 high_m = inward_m((n[static_cast<std::size_t>(axis)] - 1) * stride[axis]);
+    low_O_[axis] += low_m;
+    high_O_[axis] -= high_m;
+  }
+}
+
+double DistanceBound::at_least_m(const Vec3& p_O) const {
+  const auto cell = field_->cell_at(p_O);
+  const double value = cell.value - float_slack_m - excess_m_;
+  const double error2 = cell.side_m * cell.side_m * spread(cell.fraction), error = std::sqrt(error2);
   const double d = value > error ? std::sqrt(value * value - error2) : value - error;
-  return away > 0 ? std::hypot(std::max(d, 0.0), away) : d;
+  if (cell.away_m == 0) return d;
+  const double beside2 = std::max(d, 0.0) * std::max(d, 0.0) + cell.away_m * cell.away_m,
+               box2 = (p_O - p_O.cwiseMax(low_O_).cwiseMin(high_O_)).squaredNorm();
+  return std::sqrt(std::max(beside2, box2));
 }
 
 Prover::Prover(const Mover& mover, const Obstacles& obstacles, std::vector<std::pair<int, int>> self_pairs,
                const ProofRule& rule)
     : mover_(mover), obstacles_(obstacles), pairs_(std::move(self_pairs)), rule_(rule) {
+  for (const ObstacleField& obstacle : obstacles_.fields)
+    bounds_.emplace_back(*obstacle.field, obstacle.node_excess_m);
   const auto& tree = mover.hand().tree;
   for (const auto& capsule : mover.hand().capsules) {
     // How far a point of its axis can be from the axis of each joint, whatever the posture.
@@ -120,11 +144,10 @@ double Prover::near_travel_m(int capsule, const VectorXd& change) const {
 }
 
 /// A lower bound of the distance along the axis; pieces are halved until they reach `need_m` or can't.
-double Prover::least_on_axis_m(const ObstacleField& obstacle, int what, const Vec3& a, const Vec3& b,
+double Prover::least_on_axis_m(const DistanceBound& obstacle, int what, const Vec3& a, const Vec3& b,
                                double need_m, Seen& seen) const {
   const Vec3 middle = (a + b) / 2;
-  const double half = (b - a).norm() / 2,
-               d = distance_at_least_m(*obstacle.field, middle, obstacle.node_excess_m);
+  const double half = (b - a).norm() / 2, d = obstacle.at_least_m(middle);
   seen.take(d, what);
   if (d - half >= need_m || d < need_m || half < least_piece_m) return d - half;
   return std::min(least_on_axis_m(obstacle, what, a, middle, need_m, seen),
@@ -136,7 +159,7 @@ double Prover::at_least_m(int capsule, double need_m, Seen& seen) const {
   seen = {};
   double least = infinite;
   int what = Certificate::of_object;
-  for (const ObstacleField& obstacle : obstacles_.fields) {
+  for (const DistanceBound& obstacle : bounds_) {
     least = std::min(least, least_on_axis_m(obstacle, what, c.a, c.b, need_m + c.radius_m, seen));
     what = what == Certificate::of_object ? Certificate::of_support - 1 : what - 1;
   }
@@ -164,7 +187,8 @@ void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, do
   std::vector<int> left;
   for (int i : open) {
     const auto link = static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(i)].link);
-    const double allowed = -tolerance_m[link], wanted = std::max(allowed, seen_m_ - rule_.resolution_m);
+    const double allowed = -tolerance_m[link],
+                 wanted = measure_ ? std::max(allowed, seen_m_ - rule_.resolution_m) : allowed;
     double travel = travel_m(i, change);
     Seen seen;
     double least = at_least_m(i, wanted + travel, seen);
@@ -243,7 +267,7 @@ void Prover::prove_pairs(const std::vector<VectorXd>& path, const std::vector<do
         return static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(capsule)].link);
       };
       const double allowed =
-          -std::min(tolerance_m[link(pairs_[k].first)], tolerance_m[link(pairs_[k].second)]);
+          std::min(0.0, -std::min(tolerance_m[link(pairs_[k].first)], tolerance_m[link(pairs_[k].second)]));
       const double travel = pair_travel_m(k, change);
       if (known[k] - travel >= std::max(allowed, rule_.resolution_m)) {
         known[k] -= travel;
@@ -264,12 +288,13 @@ void Prover::prove_pairs(const std::vector<VectorXd>& path, const std::vector<do
 }
 
 Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
+  if (path.size() == 1) return certify({path[0], path[0]}, tolerance_m);
   answer_ = {};
   proven_m_ = seen_m_ = infinite;
   std::vector<int> all(mover_.hand().capsules.size());
   std::iota(all.begin(), all.end(), 0);
   // Waypoints first: the nearer the least clearance is known, the sooner the rest is proven to be above it.
-  for (std::size_t t = 0; t < path.size(); ++t) {
+  for (std::size_t t = 0; measure_ && t < path.size(); ++t) {
     look_at(path[t]);
     for (int i : all) {
       Seen seen;
@@ -281,10 +306,18 @@ Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector
     if (answer_.outcome != Proof::free) break;
     const auto t = static_cast<std::size_t>(waypoint_);
     prove(path[t], path[t + 1] - path[t], 0.5, 0.5, all, tolerance_m);
+    if (answer_.outcome == Proof::free) answer_.steps = waypoint_ + 1;
   }
   answer_.clearance_m = answer_.outcome == Proof::free ? proven_m_ : seen_m_;
   if (answer_.outcome == Proof::free) prove_pairs(path, tolerance_m);
   return answer_;
+}
+
+bool Prover::frees(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
+  measure_ = false;
+  const bool free = certify(path, tolerance_m).outcome == Proof::free;
+  measure_ = true;
+  return free;
 }
 
 bool Prover::posture_free(const VectorXd& x, double clearance_m) {
@@ -307,7 +340,8 @@ bool Prover::posture_free(const VectorXd& x, const std::vector<double>& toleranc
   for (int i = 0; i < static_cast<int>(placed_.size()); ++i)
     if (at_least_m(i, allowed(i), seen) < allowed(i)) return false;
   for (std::size_t k = 0; k < pairs_.size(); ++k)
-    if (pair_gap_m(k) < std::max(allowed(pairs_[k].first), allowed(pairs_[k].second))) return false;
+    if (pair_gap_m(k) < std::min(std::max(allowed(pairs_[k].first), allowed(pairs_[k].second)), 0.0))
+      return false;
   return true;
 }
 

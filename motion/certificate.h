@@ -12,10 +12,25 @@ namespace geocage::motion {
 /// interpolates exact node distances with weights w_i; with E^2 = sum w_i |n_i - p|^2, Jensen's inequality
 /// gives value <= sqrt(d^2 + E^2) in front of the surface and value <= d + E everywhere, so d is at least
 /// sqrt(value^2 - E^2), or value - E near the surface. Outside the grid the distance to its box adds at a
-/// right angle. `node_excess_m`: how much too large node values may be. Proven, not measured. Precondition:
-/// the surface lies inside the grid's box. O(1).
-double distance_at_least_m(const geometry::SignedDistanceField& field, const Vec3& p_O,
-                           double node_excess_m = 0);
+/// right angle, and the box that the surface must lie in says more where it is further. `node_excess_m`: how
+/// much too large node values may be. Proven, not measured. Precondition: the surface lies inside the grid's
+/// box.
+class DistanceBound {
+ public:
+  /// O(nodes on the grid's faces).
+  explicit DistanceBound(const geometry::SignedDistanceField& field, double node_excess_m = 0);
+  /// O(1).
+  double at_least_m(const Vec3& p_O) const;
+  /// No point of the surface is outside of this: every one is as far from a face of the grid as the nearest
+  /// point of that face is from the surface.
+  const Vec3& low_O() const { return low_O_; }
+  const Vec3& high_O() const { return high_O_; }
+
+ private:
+  const geometry::SignedDistanceField* field_;
+  double excess_m_;
+  Vec3 low_O_, high_O_;
+};
 
 enum class Proof {
   free,       ///< no capsule is anywhere deeper than its tolerance
@@ -36,6 +51,7 @@ struct Certificate {
   int link = 0;   ///< whose capsule it was
   int other = of_object;
   int postures = 0;  ///< looked at
+  int steps = 0;     ///< of the path, from its beginning, that are proven free of obstacles
 };
 
 struct ProofRule {
@@ -52,13 +68,16 @@ class Prover {
   Prover(const Mover& mover, const Obstacles& obstacles, std::vector<std::pair<int, int>> self_pairs = {},
          const ProofRule& rule = {});
 
-  /// `tolerance_m` of every link: how deep it may be. Intended contacts have more than the others. Pairs of
-  /// capsules may overlap by the smaller of their links' tolerances. O(steps x capsules x bisections).
+  /// `tolerance_m` of every link: how deep it may be; a negative one is room that it has to have. Intended
+  /// contacts have more than the others. Pairs of capsules may overlap by the smaller of their links'
+  /// tolerances, and may always touch. O(steps x capsules x bisections).
   Certificate certify(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
+  /// Whether it would be free; how near it comes is not looked for, which is cheaper.
+  bool frees(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
   /// Whether every capsule is proven at least `clearance_m` away at one posture, and every pair is apart (or
   /// not deeper than a negative `clearance_m`).
   bool posture_free(const Eigen::VectorXd& x, double clearance_m);
-  /// The same with a tolerance for each link.
+  /// The same with a tolerance for each link; a negative one is room that it has to have.
   bool posture_free(const Eigen::VectorXd& x, const std::vector<double>& tolerance_m);
   /// No point of capsule i moves further when the state changes from x by any part of `change`, from the
   /// posture that was looked at last, x. Left Jacobian of SO(3) and lever arms bound the speeds.
@@ -85,7 +104,7 @@ class Prover {
     }
   };
 
-  double least_on_axis_m(const ObstacleField& obstacle, int what, const Vec3& a, const Vec3& b, double need_m,
+  double least_on_axis_m(const DistanceBound& obstacle, int what, const Vec3& a, const Vec3& b, double need_m,
                          Seen& seen) const;
   double at_least_m(int capsule, double need_m, Seen& seen) const;
   void prove(const Eigen::VectorXd& from, const Eigen::VectorXd& step, double middle, double half,
@@ -101,6 +120,7 @@ class Prover {
 
   const Mover& mover_;
   const Obstacles obstacles_;
+  std::vector<DistanceBound> bounds_;  ///< of the fields
   const std::vector<std::pair<int, int>> pairs_;
   const ProofRule rule_;
   std::vector<std::vector<Lever>> levers_;  ///< of each capsule, from its link down to the base
@@ -113,6 +133,7 @@ class Prover {
   Certificate answer_;
   double proven_m_ = 0, seen_m_ = 0;
   int waypoint_ = 0;
+  bool measure_ = true;  ///< prove the least clearance too, not only what is asked
 };
 
 }  // namespace geocage::motion

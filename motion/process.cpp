@@ -23,7 +23,7 @@ Process kinematic(const MatrixXd& W) {
           MatrixXd::Zero(n, n)};
 }
 
-Process pseudo_dynamic(int n, double tau_s, double control_cost_rate, double noise_rate, Hold hold) {
+Process pseudo_dynamic(Eigen::Index n, double tau_s, double control_cost_rate, double noise_rate, Hold hold) {
   const MatrixXd I = MatrixXd::Identity(n, n);
   Process p;
   p.A = MatrixXd::Identity(2 * n, 2 * n);

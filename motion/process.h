@@ -27,7 +27,7 @@ double hold_factor(Hold hold);
 
 /// x = (q, v) of n unit masses. Costs and noise are rates: H = tau H_rate, Q = tau Q_rate I.
 /// Preconditions: positive rates and tau.
-Process pseudo_dynamic(int n, double tau_s, double control_cost_rate, double noise_rate,
+Process pseudo_dynamic(Eigen::Index n, double tau_s, double control_cost_rate, double noise_rate,
                        Hold hold = Hold::exact);
 
 /// M(q) dv/dt = F(q, v) + u: fills the mass matrix, n x n and positive definite, and the other forces.

@@ -23,7 +23,7 @@ ReachAnswer reach(const Mover& mover, const hands::ArmedHand& armed, Prover& pro
   const LinkFrame base{armed.hand_link, Vec3::Zero(), Matrix3d::Identity()};
   const std::vector<double> firm = {0, 1e8};  // tenths of a millimetre against a radian of the rest posture
   const Vec3 p_O = X_OH.translation();
-  const Matrix3d R_O = X_OH.linear();
+  Matrix3d R_O = X_OH.linear();
   std::vector<Task> tasks = {position_task(mover, base, constant_target(p_O), firm),
                              orientation_task(mover, base, [R_O](int) { return R_O; }, {0, 1e6}),
                              limits_task(lower + VectorXd::Constant(lower.size(), 1e-3),

@@ -112,7 +112,7 @@ CageTrial pull_trial(const CageProtocol& protocol, const ObjectBody& object, con
                      const Vec3& axis_O, std::uint64_t seed, Recording* recording) {
   Trial trial(protocol, protocol.engine, object, escape, Eigen::Matrix3d::Identity(), seed);
   trial.recording = recording;
-  const Load load{object.mass_kg * protocol.gravity_m_s2 * axis_O, Vec3::Zero()};
+  Load load{object.mass_kg * protocol.gravity_m_s2 * axis_O, Vec3::Zero()};
   trial.run([&](int) { return load; }, protocol.pull_s, true);
   return trial.seen;
 }
@@ -123,7 +123,7 @@ CageTrial ring_trial(const CageProtocol& protocol, const ObjectBody& object, con
   engine.axis_locked = true;
   Trial trial(protocol, engine, object, escape, geometry::frame_from_z(ring_O).transpose(), seed);
   const Vec3 along(std::cos(angle_rad), std::sin(angle_rad), 0);
-  const Load load{object.mass_kg * protocol.gravity_m_s2 * along, Vec3::Zero()};
+  Load load{object.mass_kg * protocol.gravity_m_s2 * along, Vec3::Zero()};
   trial.locked_E = ring_O, trial.recording = recording, trial.phase = "ring";
   trial.run([&](int) { return load; }, protocol.pull_s, true);
   return trial.seen;

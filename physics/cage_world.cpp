@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/bullet_eigen.h"
 
@@ -39,8 +40,9 @@ CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object, double 
       dispatcher_(&configuration_),
       solver_(engine.way_out_m_s),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
-  dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
-                                          &capsule_field_);
+  for (const auto& [first, second] : {std::pair{COMPOUND_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE},
+                                      std::pair{CUSTOM_CONCAVE_SHAPE_TYPE, COMPOUND_SHAPE_PROXYTYPE}})
+    dispatcher_.registerCollisionCreateFunc(first, second, &locked_hand_);
   constexpr double converged_m_s = 1e-6;
   solver_.setRandSeed(static_cast<unsigned long>(seed));
   btContactSolverInfo& info = world_.getSolverInfo();
@@ -53,6 +55,7 @@ CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object, double 
   info.m_globalCfm = 0;
   info.m_restitution = 0;
   world_.setGravity(btVector3(0, 0, 0));
+  world_.getSimulationIslandManager()->setSplitIslands(false);  // one body moves
 
   for (const hands::PlacedCapsule& capsule : hand_W) {
     capsules_.push_back(std::make_unique<btCapsuleShapeZ>(capsule.radius_m, (capsule.b - capsule.a).norm()));

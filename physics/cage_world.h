@@ -8,6 +8,7 @@
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 namespace geocage::physics {
@@ -41,7 +42,7 @@ class CageWorld {
   btCollisionObject hand_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
-  CapsuleFieldAlgorithm::Create capsule_field_;
+  LockedHandAlgorithm::Create locked_hand_;
   btDbvtBroadphase broadphase_;
   CageSolver solver_;
   btDiscreteDynamicsWorld world_;  // last: its end touches all of the above

@@ -235,6 +235,7 @@ VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::function<bool
 
 VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::vector<ConvexPart>& parts) {
   std::vector<Box> boxes;
+  boxes.reserve(parts.size());
   for (const ConvexPart& part : parts) boxes.push_back(box_of(part.vertices_O));
   return voxel_shape(box_O, cell_m, [&](const Vec3& p) {
     for (std::size_t i = 0; i < parts.size(); ++i)

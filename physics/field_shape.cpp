@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 
 namespace geocage::physics {
 namespace {
@@ -72,12 +73,16 @@ struct Samples {
   double step() const { return 1.0 / last; }
 };
 
+int intervals(double length) {
+  return std::clamp(static_cast<int>(std::ceil(length / sample_m)), 1, Samples::most);
+}
+
 /// Where the field is too large for a contact, the samples that it rules out are skipped: outside its grid it
 /// may rise by 2 m a metre, never faster.
 Samples sample(const AxisLine& line, double reach) {
   Samples samples;
   const double length = line.ab.norm();
-  samples.last = std::clamp(static_cast<int>(std::ceil(length / sample_m)), 1, Samples::most);
+  samples.last = intervals(length);
   std::fill_n(samples.value.begin(), samples.last + 1, std::numeric_limits<double>::infinity());
   for (int i = 0; i <= samples.last;) {
     samples.value[i] = line.value(i * samples.step());
@@ -111,14 +116,18 @@ bool keep_walls(FieldContacts& contacts, const AxisLine& line, double t, const V
   Vec3 across = along.cross(slope);
   if (across.norm() < 1e-3) across = along.unitOrthogonal();
   across.normalize();
+  const double nearest = line.value(t);
   FieldContact walls[2];
   for (int side = 0; side < 2; ++side) {
     const Vec3 beside = p + (side == 0 ? h : -h) * across;
-    Vec3 normal = slope_at(line.field, beside, h / 2);
-    normal = (normal - normal.dot(along) * along).stableNormalized();
-    walls[side] = {p, normal, line.field.value(beside) - normal.dot(beside - p)};
+    const Vec3 wall = slope_at(line.field, beside, h / 2);
+    const double gap = line.field.value(beside) - wall.dot(beside - p);
+    walls[side] = {p, outward_normal(line, t, wall), std::max(gap, nearest)};
   }
   if (walls[0].n_O.dot(walls[1].n_O) > apart) return false;
+  // Planes that leave out what is nearest are not the walls: there are more than two, or they are bent.
+  if (std::min(walls[0].value_m, walls[1].value_m) > nearest + same_gap_m)
+    keep(contacts, {p, outward_normal(line, t, slope), nearest});
   for (const FieldContact& wall : walls)
     if (wall.value_m < reach) keep(contacts, wall);
   return true;
@@ -159,17 +168,8 @@ void add_stretch(const AxisLine& line, const Samples& samples, int first, int la
   }
 }
 
-}  // namespace
-
-FieldContacts field_contacts(const SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
-                             double contact_m) {
+FieldContacts contacts_of(const AxisLine& line, const Samples& samples, double reach) {
   FieldContacts contacts;
-  const AxisLine line{field, capsule_O.a, capsule_O.b - capsule_O.a};
-  const double reach = capsule_O.radius_m + contact_m;
-  // Outside its grid the field may rise by 2 m a metre, never faster.
-  if (line.value(0.5) > reach + line.ab.norm()) return contacts;
-
-  const Samples samples = sample(line, reach);
   for (int i = 0; i <= samples.last; ++i) {
     if (samples.value[i] >= reach) continue;
     const int first = i;
@@ -177,6 +177,60 @@ FieldContacts field_contacts(const SignedDistanceField& field, const hands::Plac
     add_stretch(line, samples, first, i, reach, contacts);
   }
   return contacts;
+}
+
+/// Into the manifold between the capsule's body and the object, in that order.
+void put(const FieldContacts& contacts, double radius_m, const btTransform& X_WO, btManifoldResult& result) {
+  for (int i = 0; i < contacts.size; ++i) {
+    const FieldContact& contact = contacts.items[i];
+    const btVector3 n_W = X_WO.getBasis() * bullet(contact.n_O);
+    const btVector3 on_object = X_WO * bullet(contact.p_O) - contact.value_m * n_W;
+    result.addContactPoint(n_W, on_object, contact.value_m - radius_m);
+  }
+}
+
+hands::PlacedCapsule placed(const btCapsuleShape& capsule, const btTransform& X_OC) {
+  btVector3 half(0, 0, 0);
+  half[capsule.getUpAxis()] = capsule.getHalfHeight();
+  return {eigen(X_OC * -half), eigen(X_OC * half), capsule.getRadius()};
+}
+
+}  // namespace
+
+FieldContacts field_contacts(const SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
+                             double contact_m) {
+  const AxisLine line{field, capsule_O.a, capsule_O.b - capsule_O.a};
+  const double reach = capsule_O.radius_m + contact_m;
+  // Outside its grid the field may rise by 2 m a metre, never faster.
+  if (line.value(0.5) > reach + line.ab.norm()) return {};
+  return contacts_of(line, sample(line, reach), reach);
+}
+
+FieldContacts CapsuleTrack::contacts(const SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
+                                     double contact_m) {
+  const AxisLine line{field, capsule_O.a, capsule_O.b - capsule_O.a};
+  const double reach = capsule_O.radius_m + contact_m, length = line.ab.norm();
+  if (bound_m_.empty())
+    bound_m_.assign(intervals(length) + 1, -std::numeric_limits<double>::infinity());
+  else  // no point of the axis moves farther than its ends
+    way_m_ += std::max((capsule_O.a - a_).norm(), (capsule_O.b - b_).norm());
+  a_ = capsule_O.a, b_ = capsule_O.b;
+  if (least_m_ - 2 * way_m_ > reach) return {};
+
+  Samples samples;
+  samples.last = static_cast<int>(bound_m_.size()) - 1;
+  const double fall = 2 * length * samples.step();
+  double bound = -std::numeric_limits<double>::infinity();  // of the sample's value, from the one before
+  least_m_ = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= samples.last; ++i) {
+    bound = std::max(bound, bound_m_[i] - 2 * way_m_);
+    samples.value[i] = std::numeric_limits<double>::infinity();
+    if (bound < reach) bound = samples.value[i] = line.value(i * samples.step());
+    bound_m_[i] = bound + 2 * way_m_;
+    least_m_ = std::min(least_m_, bound_m_[i]);
+    bound -= fall;
+  }
+  return contacts_of(line, samples, reach);
 }
 
 FieldShape::FieldShape(const SignedDistanceField& field, const geometry::Pose& X_BO, double contact_m)
@@ -210,21 +264,11 @@ void CapsuleFieldAlgorithm::processCollision(const btCollisionObjectWrapper* lin
   const auto& capsule = static_cast<const btCapsuleShape&>(*link->getCollisionShape());
   const btTransform X_WO = object->getWorldTransform() * shape.X_BO();
   const btTransform X_OC = X_WO.inverseTimes(link->getWorldTransform());
-  btVector3 half(0, 0, 0);
-  half[capsule.getUpAxis()] = capsule.getHalfHeight();
-  const double radius = capsule.getRadius();
-
   manifold_->clearManifold();
   manifold_->setContactBreakingThreshold(shape.contact_m());
   result->setPersistentManifold(manifold_);
-  const FieldContacts contacts =
-      field_contacts(shape.field(), {eigen(X_OC * -half), eigen(X_OC * half), radius}, shape.contact_m());
-  for (int i = 0; i < contacts.size; ++i) {
-    const FieldContact& contact = contacts.items[i];
-    const btVector3 n_W = X_WO.getBasis() * bullet(contact.n_O);
-    const btVector3 on_object = X_WO * bullet(contact.p_O) - contact.value_m * n_W;
-    result->addContactPoint(n_W, on_object, contact.value_m - radius);
-  }
+  put(field_contacts(shape.field(), placed(capsule, X_OC), shape.contact_m()), capsule.getRadius(), X_WO,
+      *result);
 }
 
 btCollisionAlgorithm* CapsuleFieldAlgorithm::Create::CreateCollisionAlgorithm(
@@ -232,6 +276,57 @@ btCollisionAlgorithm* CapsuleFieldAlgorithm::Create::CreateCollisionAlgorithm(
     const btCollisionObjectWrapper* object) {
   void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(CapsuleFieldAlgorithm));
   return new (memory) CapsuleFieldAlgorithm(info, link, object);
+}
+
+LockedHandAlgorithm::LockedHandAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                                         const btCollisionObjectWrapper* first,
+                                         const btCollisionObjectWrapper* second)
+    : btActivatingCollisionAlgorithm(info, first, second) {
+  const btCollisionObjectWrapper* hand = first->getCollisionShape()->isCompound() ? first : second;
+  const auto capsules = static_cast<const btCompoundShape*>(hand->getCollisionShape())->getNumChildShapes();
+  tracks_.resize(capsules), manifolds_.resize(capsules);
+}
+
+LockedHandAlgorithm::~LockedHandAlgorithm() {
+  for (btPersistentManifold* manifold : manifolds_)
+    if (manifold) m_dispatcher->releaseManifold(manifold);
+}
+
+void LockedHandAlgorithm::processCollision(const btCollisionObjectWrapper* first,
+                                           const btCollisionObjectWrapper* second, const btDispatcherInfo&,
+                                           btManifoldResult* result) {
+  const bool hand_first = first->getCollisionShape()->isCompound();
+  const btCollisionObjectWrapper &hand = hand_first ? *first : *second,
+                                 &object = hand_first ? *second : *first;
+  const auto& shape = static_cast<const FieldShape&>(*object.getCollisionShape());
+  const auto& capsules = static_cast<const btCompoundShape&>(*hand.getCollisionShape());
+  const btTransform X_WO = object.getWorldTransform() * shape.X_BO();
+  const btTransform X_OH = X_WO.inverseTimes(hand.getWorldTransform());
+  for (int i = 0; i < capsules.getNumChildShapes(); ++i) {
+    const auto& capsule = static_cast<const btCapsuleShape&>(*capsules.getChildShape(i));
+    const FieldContacts contacts = tracks_[i].contacts(
+        shape.field(), placed(capsule, X_OH * capsules.getChildTransform(i)), shape.contact_m());
+    btPersistentManifold*& manifold = manifolds_[i];
+    if (manifold) manifold->clearManifold();
+    if (contacts.size == 0) continue;
+    if (!manifold)
+      manifold = m_dispatcher->getNewManifold(hand.getCollisionObject(), object.getCollisionObject());
+    manifold->setContactBreakingThreshold(shape.contact_m());
+    result->setPersistentManifold(manifold);
+    put(contacts, capsule.getRadius(), X_WO, *result);
+  }
+}
+
+void LockedHandAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
+  for (btPersistentManifold* manifold : manifolds_)
+    if (manifold) manifolds.push_back(manifold);
+}
+
+btCollisionAlgorithm* LockedHandAlgorithm::Create::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
+    const btCollisionObjectWrapper* second) {
+  void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(LockedHandAlgorithm));
+  return new (memory) LockedHandAlgorithm(info, first, second);
 }
 
 }  // namespace geocage::physics

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <vector>
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
@@ -59,6 +60,20 @@ struct FieldContacts {
 FieldContacts field_contacts(const geometry::SignedDistanceField& field,
                              const hands::PlacedCapsule& capsule_O, double contact_m);
 
+/// The same contacts of a capsule that moves, with fewer lookups: a sample of its axis is looked at again
+/// only once the axis has moved by enough for it to come within reach.
+class CapsuleTrack {
+ public:
+  FieldContacts contacts(const geometry::SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
+                         double contact_m);
+
+ private:
+  std::vector<double> bound_m_;  ///< of each sample: no value is smaller, plus twice the way until then
+  double least_m_ = 0;           ///< of the bounds
+  double way_m_ = 0;             ///< of the faster end, so far
+  geometry::Vec3 a_ = geometry::Vec3::Zero(), b_ = geometry::Vec3::Zero();
+};
+
 /// Bullet's narrow phase between a capsule, first, and a FieldShape. The capsules of a link are children of a
 /// compound, and Bullet asks with the child first, whichever body comes first. The contacts of a step are a
 /// function of the poses of that step: nothing is cached from the steps before.
@@ -84,6 +99,33 @@ class CapsuleFieldAlgorithm final : public btActivatingCollisionAlgorithm {
 
  private:
   btPersistentManifold* manifold_;
+};
+
+/// The same between a compound of capsules that never move, in either order, and one FieldShape: without the
+/// compound's tree and boxes, and with a track of each capsule.
+class LockedHandAlgorithm final : public btActivatingCollisionAlgorithm {
+ public:
+  LockedHandAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
+                      const btCollisionObjectWrapper* second);
+  ~LockedHandAlgorithm() override;
+
+  void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
+                        const btDispatcherInfo&, btManifoldResult* result) override;
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override {
+    return 1;
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+  struct Create final : btCollisionAlgorithmCreateFunc {
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* first,
+                                                   const btCollisionObjectWrapper* second) override;
+  };
+
+ private:
+  std::vector<CapsuleTrack> tracks_;
+  std::vector<btPersistentManifold*> manifolds_;  ///< of each capsule, none until it first touches
 };
 
 }  // namespace geocage::physics

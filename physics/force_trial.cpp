@@ -44,7 +44,7 @@ PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const h
   trial.penetration_m = settle.penetration_m, trial.steps = settle.steps;
   if (trial.outcome != Outcome::held) return trial;
 
-  const ObjectLoad load{object.mass_kg * protocol.acceleration_m_s2 * axis_O};
+  ObjectLoad load{object.mass_kg * protocol.acceleration_m_s2 * axis_O};
   const Phase push = simulate(
       world, protocol, [&](double) { return load; }, protocol.push_s,
       {protocol.max_translation_m, protocol.max_rotation_rad, deepest}, camera, "push");

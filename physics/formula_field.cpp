@@ -14,7 +14,9 @@ geometry::SignedDistanceField filled(const geometry::Vec3& half, double cell_m,
     for (int y = 0; y < field.nodes[1]; ++y)
       for (int x = 0; x < field.nodes[0]; ++x)
         field.coarse.push_back(static_cast<float>(distance(field.origin + cell_m * geometry::Vec3(x, y, z))));
-  field.block.assign((field.nodes[0] - 1) * (field.nodes[1] - 1) * (field.nodes[2] - 1), 0);
+  std::size_t cells = 1;
+  for (const int n : field.nodes) cells *= n - 1;
+  field.block.assign(cells, 0);
   return field;
 }
 

@@ -79,6 +79,12 @@ std::vector<std::string> protocol_names() {
   return names;
 }
 
+CageProtocol at_half_step(CageProtocol protocol) {
+  protocol.engine.dt_s /= 2;
+  protocol.engine.most_motion_m /= 2;
+  return protocol;
+}
+
 const Protocol& find_protocol(std::string_view name) {
   const auto found = std::ranges::find(presets(), name, &Protocol::name);
   if (found != presets().end()) return *found;

@@ -70,6 +70,9 @@ struct CageProtocol {
   double rest_s = 0.2, rest_speed_m_s = 1e-3, rest_spin_rad_s = 0.01;  ///< a pull ends early at rest
 };
 
+/// The same test at half the step: half of dt, and half of what a step may move.
+CageProtocol at_half_step(CageProtocol protocol);
+
 /// UserError (configuration) with the known names.
 const Protocol& find_protocol(std::string_view name);
 std::vector<std::string> protocol_names();

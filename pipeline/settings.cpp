@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include "pipeline/nearest.h"
@@ -53,7 +54,7 @@ void collect(const std::string& file, const std::string& stage, const toml::tabl
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
     if (const auto* inner = node.as_table()) {
-      collect(file, stage.empty() ? name : stage + "." + name, *inner, settings, mistakes);
+      collect(file, stage.empty() ? name : fmt::format("{}.{}", stage, name), *inner, settings, mistakes);
     } else if (auto value = value_of(node)) {
       settings.push_back({position(file, key.source()), stage, name, std::move(*value)});
     } else {

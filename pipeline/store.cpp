@@ -175,13 +175,13 @@ bool Store::check(const std::string& content) const {
 
 fs::path Store::scratch() const {
   static std::atomic<int> count{0};
-  const fs::path folder = root_ / "tmp" / fmt::format("{}-{}-{}", host_name(), getpid(), count++);
+  fs::path folder = root_ / "tmp" / fmt::format("{}-{}-{}", host_name(), getpid(), count++);
   fs::create_directories(folder);
   return folder;
 }
 
 std::string Store::publish(const fs::path& scratch_folder) const {
-  const std::string content = sha256_of(sha256_listing(scratch_folder));
+  std::string content = sha256_of(sha256_listing(scratch_folder));
   for (const auto& entry : fs::directory_iterator(scratch_folder)) {
     sync(entry.path(), O_RDONLY);
     fs::permissions(entry.path(), fs::perms::owner_read | fs::perms::group_read | fs::perms::others_read);

@@ -1,6 +1,7 @@
 #include "reports/bootstrap.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace geocage::reports {
 
@@ -53,7 +54,7 @@ BootstrapMean bootstrap_over_groups(const std::vector<std::vector<double>>& grou
   }
   std::ranges::sort(means);
   const auto at = [&](double share) {
-    return means[static_cast<std::size_t>(share * (means.size() - 1) + 0.5)];
+    return means[static_cast<std::size_t>(std::lround(share * (means.size() - 1)))];
   };
   return {all.mean(), at(0.025), at(0.975)};
 }

@@ -246,17 +246,17 @@ std::vector<std::uint8_t> Gltf::glb() const {
   std::string text = all.dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
   Gltf file;  // for its `put`
-  const auto chunk = [&](std::size_t size, const char* type) {
+  const auto chunk = [&](std::size_t size, const std::array<char, 4>& type) {
     file.put(static_cast<std::uint32_t>(size));
-    file.bytes_.insert(file.bytes_.end(), type, type + 4);
+    file.bytes_.insert(file.bytes_.end(), type.begin(), type.end());
   };
   file.bytes_ = {'g', 'l', 'T', 'F'};
   file.put(std::uint32_t{2});
   file.put(static_cast<std::uint32_t>(12 + 8 + text.size() + (bytes_.empty() ? 0 : 8 + bytes_.size())));
-  chunk(text.size(), "JSON");
+  chunk(text.size(), {'J', 'S', 'O', 'N'});
   file.bytes_.insert(file.bytes_.end(), text.begin(), text.end());
   if (bytes_.empty()) return file.bytes_;
-  chunk(bytes_.size(), "BIN\0");
+  chunk(bytes_.size(), {'B', 'I', 'N', 0});
   file.bytes_.insert(file.bytes_.end(), bytes_.begin(), bytes_.end());
   return file.bytes_;
 }

@@ -45,6 +45,7 @@ void write_indexed_png(const std::filesystem::path& file, const Image& image) {
   std::map<Rgba, int> counts;
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) ++counts[coarse(&image.rgba[i])];
   std::vector<std::pair<int, Rgba>> order;
+  order.reserve(counts.size());
   for (const auto& [colour, count] : counts) order.emplace_back(-count, colour);
   std::ranges::sort(order);
   std::vector<Rgba> palette;

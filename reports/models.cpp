@@ -203,6 +203,7 @@ void animate(Gltf& file, const hands::Hand& hand, const std::vector<int>& nodes,
              const std::vector<double>& times_s, const std::vector<Eigen::VectorXd>& postures, int base,
              const std::vector<Pose>& X_OH) {
   std::vector<Gltf::Motion> motions;
+  motions.reserve(nodes.size());
   for (const int node : nodes) motions.push_back({node, {}});
   for (const auto& q : postures) {
     const auto X_PL = local_poses(hand.tree, q);

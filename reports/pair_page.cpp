@@ -95,7 +95,7 @@ std::string controls(const std::vector<ControlResult>& all) {
                     fmt::format("{} of {}", control.held, control.trials), std::to_string(control.passed),
                     escaped(control.rule), control.ok ? "as it must be" : "<b>failed</b>"});
   }
-  const std::string list = table(rows, "class=\"text\"");
+  std::string list = table(rows, "class=\"text\"");
   if (valid) return list;
   return element("p", "<b>This test is not valid:</b> a control that must fail did not.",
                  "class=\"warning\"") +

@@ -497,7 +497,7 @@ fs::path write_single_file(const fs::path& folder) {
   const std::string index = text_of(folder / "index.html");
   const std::size_t from = index.find("<title>") + 7;
   std::string title = index.substr(from, index.find("</title>") - from);
-  const fs::path single = folder / "report.html";
+  fs::path single = folder / "report.html";
   // The title is escaped already.
   std::string page = shell("", "<style>" + text_of(folder / "viewer" / "app.css") + "</style>", scripts,
                            "<p>These pages need JavaScript.</p>");

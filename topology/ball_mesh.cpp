@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include <parallel/algorithm>
+
 #include "topology/balls.h"
 
 namespace geocage::topology {
@@ -65,8 +67,10 @@ void BallMesh::order_vertices(const TriangleMesh& mesh) {
     for (int i = 0; i < 3; ++i) cell[i] = static_cast<std::uint32_t>(scale * (mesh.vertices[v][i] - low[i]));
     keys[v] = {hilbert_key(cell, bits), v};
   }
-  std::sort(keys.begin(), keys.end());
+  __gnu_parallel::sort(keys.begin(), keys.end());  // no two are alike
   const std::vector<double> defects = angle_defects_rad(mesh);
+  original.reserve(keys.size());
+  points.reserve(keys.size());
   for (const auto& [key, v] : keys) {
     original.push_back(v);
     const Vec3& p = mesh.vertices[v];
@@ -100,8 +104,8 @@ void BallMesh::join_half_edges() {
   std::vector<int> place(outgoing_start.begin(), outgoing_start.end() - 1);
   for (int h = 0; h < total; ++h) outgoing[place[half_edges[h].from]++] = h;
 
-  double sum = 0;
-  int edges = 0;
+  std::vector<double> lengths_m(half_edges.size());
+#pragma omp parallel for schedule(static)
   for (int h = 0; h < total; ++h) {
     const int from = half_edges[h].from, to = half_edges[after(h)].from;
     int other = -1;
@@ -109,11 +113,28 @@ void BallMesh::join_half_edges() {
       if (half_edges[after(outgoing[i])].from == from) other = outgoing[i];
     half_edges[before(h)].exits[0] = other;  // h is the next side of its triangle
     half_edges[after(h)].exits[1] = other;   // and the second next of another
-    if (other >= 0 && other < h) continue;
-    const double length = (position(from) - position(to)).norm();
-    sum += length;
-    ++edges;
-    longest_edge_m = std::max(longest_edge_m, length);
+    lengths_m[h] = (position(from) - position(to)).norm();
+  }
+  measure_edges(lengths_m);
+}
+
+void BallMesh::measure_edges(const std::vector<double>& lengths_m) {
+  longest_side_m.assign(static_cast<std::size_t>(count), 0);
+  double sum = 0;
+  int edges = 0;
+  for (int f = 0; f < static_cast<int>(half_edges.size()); f += 3) {
+    for (int h = f; h < f + 3; ++h) {
+      const int other = half_edges[before(h)].exits[0];
+      if (other >= 0 && other < h) continue;
+      sum += lengths_m[h];
+      ++edges;
+    }
+    const double longest = std::max({lengths_m[f], lengths_m[f + 1], lengths_m[f + 2]});
+    for (int h = f; h < f + 3; ++h) {
+      double& at = longest_side_m[half_edges[h].from];
+      at = std::max(at, longest);
+    }
+    longest_edge_m = std::max(longest_edge_m, longest);
   }
   mean_edge_m = edges > 0 ? sum / edges : 0;
 }
@@ -125,25 +146,39 @@ double BallMesh::area_m2(int h) const {
 }
 
 void BallMesh::link_vertices() {
-  link_start.assign(1, 0);
-  links.reserve(half_edges.size());
-  std::vector<char> done(half_edges.size());
+  link_start.assign(static_cast<std::size_t>(count) + 1, 0);
+#pragma omp parallel for schedule(static)
   for (int v = 0; v < count; ++v) {
+    int n = outgoing_start[v + 1] - outgoing_start[v];
+    for (int i = outgoing_start[v]; i < outgoing_start[v + 1]; ++i)
+      if (twin(outgoing[i]) < 0) n += 2;  // an open fan's last neighbour, and the gap
+    link_start[v + 1] = n;
+  }
+  std::partial_sum(link_start.begin(), link_start.end(), link_start.begin());
+  links.resize(static_cast<std::size_t>(link_start.back()));
+  std::vector<char> done(half_edges.size());
+#pragma omp parallel for schedule(static)
+  for (int v = 0; v < count; ++v) {
+    int next = link_start[v];
+    const auto add = [&](int neighbour, int half_edge, double area) {
+      links.neighbour[next] = neighbour;
+      links.half_edge[next] = half_edge;
+      links.area_m2[next++] = area;
+    };
     const auto fan = [&](int h) {  // counter-clockwise from half-edge h of v
       while (h >= 0 && !done[h]) {
         done[h] = 1;
-        links.push_back({half_edges[after(h)].from, h, area_m2(h)});
+        add(half_edges[after(h)].from, h, area_m2(h));
         const int last = half_edges[h].opposite;
         h = half_edges[h].exits[1];  // the other side of the side that comes back to v
         if (h >= 0) continue;
-        links.push_back({last, -1, 0});
-        links.push_back({count, -1, 0});
+        add(last, -1, 0);
+        add(count, -1, 0);
       }
     };
     for (int i = outgoing_start[v]; i < outgoing_start[v + 1]; ++i)
       if (twin(outgoing[i]) < 0) fan(outgoing[i]);  // open fans begin at their border
     for (int i = outgoing_start[v]; i < outgoing_start[v + 1]; ++i) fan(outgoing[i]);
-    link_start.push_back(static_cast<int>(links.size()));
   }
 }
 

@@ -6,11 +6,17 @@
 
 namespace geocage::topology {
 
-/// One step around a vertex: a neighbour, the half-edge to it (-1: none), and the area of the triangle
-/// between it and the next one (0: there is none).
-struct Link {
-  int neighbour, half_edge;
-  double area_m2;
+/// The steps around all vertices, counter-clockwise from outside and cyclic: a neighbour, the half-edge to it
+/// (-1: none), and the area of the triangle between it and the next one (0: there is none). Searches read the
+/// neighbours alone.
+struct Links {
+  std::vector<int> neighbour, half_edge;
+  std::vector<double> area_m2;
+  void resize(std::size_t count) {
+    neighbour.resize(count);
+    half_edge.resize(count);
+    area_m2.resize(count);
+  }
 };
 
 /// A mesh laid out for searches around all of its vertices: vertices in the order of a Hilbert curve, so that
@@ -23,7 +29,7 @@ struct BallMesh {
   };
   std::vector<Point> points;
   std::vector<int> link_start;  ///< count + 1
-  std::vector<Link> links;      ///< around each vertex, counter-clockwise from outside; cyclic
+  Links links;
 
   /// The side from corner i to corner i + 1 of triangle f is half-edge 3 f + i. `exits` are the half-edges on
   /// the other side of the next and of the second next side of its triangle, or -1 at a border.
@@ -32,6 +38,7 @@ struct BallMesh {
   };
   std::vector<HalfEdge> half_edges;
   double mean_edge_m = 0, longest_edge_m = 0;
+  std::vector<double> longest_side_m;  ///< of the triangles around each vertex
 
   /// Precondition: edges are manifold and oriented alike. O(V log V).
   explicit BallMesh(const geometry::TriangleMesh& mesh);
@@ -48,6 +55,7 @@ struct BallMesh {
   void order_vertices(const geometry::TriangleMesh& mesh);
   void order_triangles(const geometry::TriangleMesh& mesh);
   void join_half_edges();
+  void measure_edges(const std::vector<double>& lengths_m);
   void link_vertices();
   double area_m2(int half_edge) const;
 };

@@ -24,7 +24,7 @@ Patches make_patches(const BallMesh& mesh) {
         patches.sources.push_back(v);
       }
       for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
-        const int w = mesh.links[i].neighbour;
+        const int w = mesh.links.neighbour[i];
         if (w == mesh.count || seen[w] == seed) continue;
         seen[w] = seed;
         queue.push_back(w);
@@ -45,28 +45,36 @@ void Region::clear() {
 void Region::grow_by_hops(const int* sources, int count, int hops) {
   clear();
   patch_ = count;
-  for (int i = 0; i < count; ++i) take(sources[i]);
-  int head = 0;
-  for (int depth = 0; head < size(); ++depth) {
-    const int end = size();
+  order_.resize(static_cast<std::size_t>(mesh_.count) + 1);
+  int* const order = order_.data();
+  int* const slot = slot_.data();
+  std::copy_n(sources, count, order);
+  for (int i = 0; i < count; ++i) slot[order[i]] = i + 1;
+  slot[mesh_.count] = 1;  // a gap is never new
+  int head = 0, reached = count;
+  for (int depth = 0; head < reached; ++depth) {
+    const int end = reached;
     ring_start_.push_back(end);
     ring_low_.push_back(static_cast<std::uint32_t>(depth));
     if (depth == hops) break;
-    for (; head < end; ++head) {
-      const int v = order_[head];
-      for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
-        const int w = mesh_.links[i].neighbour;
-        if (slot_[w] == 0 && w != mesh_.count) take(w);
+    for (; head < end; ++head)
+      for (int i = mesh_.link_start[order[head]]; i < mesh_.link_start[order[head] + 1]; ++i) {
+        const int w = mesh_.links.neighbour[i];  // written always, kept if new: nothing to guess
+        const bool fresh = slot[w] == 0;
+        order[reached] = w;
+        reached += fresh;
+        slot[w] = fresh ? reached : slot[w];
       }
-    }
   }
+  slot[mesh_.count] = 0;
+  order_.resize(static_cast<std::size_t>(reached));
   link_region<false>(nullptr);
 }
 
 void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) {
   const std::uint32_t d = distance_[v];
   for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
-    const int w = mesh_.links[i].neighbour;
+    const int w = mesh_.links.neighbour[i];
     const std::uint32_t next = d + weights.of_link[i];
     if (w == mesh_.count || next > limit || next >= distance_[w]) continue;
     distance_[w] = next;
@@ -153,11 +161,11 @@ void Region::link_vertex(int i, int ring_end, const std::uint32_t* weights) {
   int* const lower = near_.data() + start_[i];
   std::uint32_t* const lower_weight = weighted ? weight_.data() + start_[i] : nullptr;
   int lowers = 0, sames = 0, laters = 0, triangles = 0, farthest = 0;
-  double area = 0, area_before = mesh_.links[last - 1].area_m2;
-  const int closing = slot_[mesh_.links[last - 1].neighbour] - 1;
+  double area = 0, area_before = mesh_.links.area_m2[last - 1];
+  const int closing = slot_[mesh_.links.neighbour[last - 1]] - 1;
   bool was_lower = closing >= 0 && closing < i && last - first > 2;
   for (int k = first; k < last; ++k) {
-    const int j = slot_[mesh_.links[k].neighbour] - 1;
+    const int j = slot_[mesh_.links.neighbour[k]] - 1;
     const bool is_lower = j >= 0 && j<i, is_same = j> i && j < ring_end, is_later = j >= ring_end;
     lower[lowers] = j;
     same_[sames] = j;
@@ -171,7 +179,7 @@ void Region::link_vertex(int i, int ring_end, const std::uint32_t* weights) {
     triangles += whole;
     area += whole ? area_before : 0;
     was_lower = is_lower;
-    area_before = mesh_.links[k].area_m2;
+    area_before = mesh_.links.area_m2[k];
   }
   const auto append = [&](int at, int count, const std::vector<int>& near,
                           const std::vector<std::uint32_t>& weight) {

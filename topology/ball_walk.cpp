@@ -135,19 +135,19 @@ int SectionWalker::first_crossing(const LaneBall& ball, const Plane& plane, int 
     int found = -1, lower = -1;
     double least = std::numeric_limits<double>::infinity(), low = std::abs(here);
     for (int i = mesh_.link_start[at]; i < mesh_.link_start[at + 1]; ++i) {
-      const Link& link = mesh_.links[i];
-      if (!ball.has(link.neighbour)) continue;
-      const double other = height(plane, link.neighbour);
+      const int neighbour = mesh_.links.neighbour[i], half_edge = mesh_.links.half_edge[i];
+      if (!ball.has(neighbour)) continue;
+      const double other = height(plane, neighbour);
       if ((other >= 0) != (here >= 0)) {
-        if (link.half_edge < 0 || !bounds_triangle(ball, link.half_edge)) continue;
+        if (half_edge < 0 || !bounds_triangle(ball, half_edge)) continue;
         const double d =
-            point_distance2(plane, here >= 0 ? crossing(at, link.neighbour) : crossing(link.neighbour, at));
+            point_distance2(plane, here >= 0 ? crossing(at, neighbour) : crossing(neighbour, at));
         if (d >= least) continue;
         least = d;
-        found = link.half_edge;
+        found = half_edge;
       } else if (std::abs(other) < low) {
         low = std::abs(other);
-        lower = link.neighbour;
+        lower = neighbour;
       }
     }
     if (found >= 0 || lower < 0) return found;
@@ -258,7 +258,7 @@ double SectionWalker::nearest_noted2(const Walk& walk) const {
 }
 
 /// Whether no other piece of the section comes as near to the source as the walk. Every triangle that could
-/// hold such a piece has a corner within `outermost` times the longest edge of the disc in which the plane
+/// hold such a piece has a corner within `outermost` times its longest side of the disc in which the plane
 /// cuts the sphere of that radius around the source.
 bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) const {
   const Plane& plane = walk.plane;
@@ -266,8 +266,8 @@ bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) const {
   const double up = plane_height(plane.axis, plane.offset, plane.source);
   const double foot[3] = {plane.source[0] - up * plane.axis[0], plane.source[1] - up * plane.axis[1],
                           plane.source[2] - up * plane.axis[2]};
-  const double reach = mesh_.longest_edge_m * outermost * rounding;
-  const double radius = std::sqrt(std::max(0.0, bound2 - up * up)) + reach;
+  const double disc = std::sqrt(std::max(0.0, bound2 - up * up));
+  const double reach = outermost * rounding;
   const int from = mesh_.half_edges[walk.start].from, to = mesh_.to(walk.start);
   const auto walked = [&](int above, int below) {
     const Crossing key = crossing(above, below);
@@ -279,18 +279,19 @@ bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) const {
   const auto other_piece = [&](int v, bool above) {
     const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
     for (int i = first; i < last; ++i) {
-      const int w = mesh_.links[i].neighbour;
+      const int w = mesh_.links.neighbour[i];
       if (!ball.has(w) || (height(plane, w) >= 0) == above) continue;
       if (above ? walked(v, w) : walked(w, v)) continue;
       for (int j : {i + 1 < last ? i + 1 : first, i > first ? i - 1 : last - 1}) {
-        const int third = mesh_.links[j].neighbour;
+        const int third = mesh_.links.neighbour[j];
         if (ball.has(third) && segment_distance2(plane, v, w, third) <= bound2) return true;
       }
     }
     return false;
   };
-  return grid_.around(foot, radius, [&](int v) {
+  return grid_.around(foot, disc + reach * mesh_.longest_edge_m, [&](int v) {
     const double* p = &mesh_.points[v].x;
+    const double radius = disc + reach * mesh_.longest_side_m[v];
     if (square(p[0] - foot[0]) + square(p[1] - foot[1]) + square(p[2] - foot[2]) > radius * radius)
       return true;
     return !ball.has(v) || !other_piece(v, height(plane, v) >= 0);
@@ -323,13 +324,13 @@ void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
   for (std::size_t head = 0; head < queue.size(); ++head) {
     const int v = queue[head];
     for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
-      const Link& link = mesh_.links[i];
-      if (!task.ball.has(link.neighbour)) continue;
-      if (seen.insert(link.neighbour).second) queue.push_back(link.neighbour);
-      if (link.half_edge < 0 || !crosses(plane, v, link.neighbour)) continue;
-      if (walked.count(crossing(v, link.neighbour)) || walked.count(crossing(link.neighbour, v))) continue;
-      if (!bounds_triangle(task.ball, link.half_edge)) continue;
-      Walk walk{plane, link.half_edge, tip_at(plane, link.half_edge), {}};
+      const int neighbour = mesh_.links.neighbour[i], half_edge = mesh_.links.half_edge[i];
+      if (!task.ball.has(neighbour)) continue;
+      if (seen.insert(neighbour).second) queue.push_back(neighbour);
+      if (half_edge < 0 || !crosses(plane, v, neighbour)) continue;
+      if (walked.count(crossing(v, neighbour)) || walked.count(crossing(neighbour, v))) continue;
+      if (!bounds_triangle(task.ball, half_edge)) continue;
+      Walk walk{plane, half_edge, tip_at(plane, half_edge), {}};
       walk.behind = turned(walk.ahead);
       all.assign(1, crossing(walk.ahead.ends[0], walk.ahead.ends[1]));
       double nearest2 = walk_noting_all(task.ball, plane, walk.ahead, all);

@@ -1,6 +1,7 @@
 #include "topology/balls.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "topology/lane_balls.h"
@@ -24,13 +25,18 @@ BallFields BallFields::of_size(std::size_t vertices, double radius_m) {
 }
 
 std::vector<double> angle_defects_rad(const TriangleMesh& mesh) {
-  std::vector<double> defects(mesh.vertices.size(), 2 * M_PI);
-  for (const auto& t : mesh.triangles)
+  std::vector<std::array<double, 3>> angles(mesh.triangles.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t f = 0; f < angles.size(); ++f)
     for (int i = 0; i < 3; ++i) {
+      const auto& t = mesh.triangles[f];
       const Vec3 u = mesh.vertices[t[(i + 1) % 3]] - mesh.vertices[t[i]];
       const Vec3 v = mesh.vertices[t[(i + 2) % 3]] - mesh.vertices[t[i]];
-      defects[t[i]] -= std::atan2(u.cross(v).norm(), u.dot(v));
+      angles[f][i] = std::atan2(u.cross(v).norm(), u.dot(v));
     }
+  std::vector<double> defects(mesh.vertices.size(), 2 * M_PI);
+  for (std::size_t f = 0; f < angles.size(); ++f)
+    for (int i = 0; i < 3; ++i) defects[mesh.triangles[f][i]] -= angles[f][i];
   return defects;
 }
 

@@ -106,11 +106,11 @@ struct Job {
   void measure_lengths() {
     const double quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
     double shortest = largest_m;
-    link_weights.of_link.resize(mesh.links.size());
+    link_weights.of_link.resize(mesh.links.neighbour.size());
     for (int v = 0; v < mesh.count; ++v)
       for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
-        if (mesh.links[i].neighbour == mesh.count) continue;
-        const double length = (mesh.position(v) - mesh.position(mesh.links[i].neighbour)).norm();
+        if (mesh.links.neighbour[i] == mesh.count) continue;
+        const double length = (mesh.position(v) - mesh.position(mesh.links.neighbour[i])).norm();
         shortest = std::min(shortest, length);
         link_weights.of_link[i] = quanta(length / quantum_m);
       }
@@ -300,10 +300,10 @@ class PatchBalls {
     const auto mask_of = [&](int slot) {
       return masks_[q].data() + static_cast<std::ptrdiff_t>(slot) * mask_words;
     };
-    int before = region_.slot()[mesh_.links[last - 1].neighbour];
-    double area = mesh_.links[last - 1].area_m2;
+    int before = region_.slot()[mesh_.links.neighbour[last - 1]];
+    double area = mesh_.links.area_m2[last - 1];
     for (int k = first; k < last; ++k) {
-      const int at = region_.slot()[mesh_.links[k].neighbour];
+      const int at = region_.slot()[mesh_.links.neighbour[k]];
       if (at > 0 && at <= i) {
         const std::uint64_t* mask = mask_of(at);
         const std::uint64_t edge[mask_words] = {own[0] & ~mask[0], own[1] & ~mask[1]};
@@ -321,7 +321,7 @@ class PatchBalls {
         }
       }
       before = at;
-      area = mesh_.links[k].area_m2;
+      area = mesh_.links.area_m2[k];
     }
   }
 
@@ -335,7 +335,7 @@ class PatchBalls {
     const int* slot = region_.slot();
     const auto in = [&](int k) {
       const std::uint64_t* mask =
-          masks_[q].data() + static_cast<std::ptrdiff_t>(slot[mesh_.links[k].neighbour]) * mask_words;
+          masks_[q].data() + static_cast<std::ptrdiff_t>(slot[mesh_.links.neighbour[k]]) * mask_words;
       return Words{{mask[0], mask[1]}};
     };
     const std::uint64_t* own = masks(q) + static_cast<std::ptrdiff_t>(i) * mask_words;

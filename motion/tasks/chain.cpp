@@ -25,6 +25,7 @@ std::vector<LinkFrame> finger_points(const hands::Hand& hand, std::size_t finger
   std::vector<int> links = hand.fingers[finger].links;
   std::sort(links.begin(), links.end());  // parents come first in a tree
   std::vector<LinkFrame> points;
+  points.reserve(links.size() + 1);
   for (int link : links) points.push_back({link, Vec3::Zero(), Matrix3d::Identity()});
   Vec3 tip = Vec3::Zero();
   for (const auto& capsule : hand.capsules)

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "geometry/clearance.h"
 #include "hands/arm.h"
 #include "hands/closing.h"
 #include "motion/approach.h"
@@ -39,6 +38,8 @@ void ApproachParams::visit(pipeline::Fields& f) {
   f("closing_tolerance_m", closing_tolerance_m, {0, 0.05}, "fingers may touch so deep while they close");
   f("wrap_clearance_m", wrap_clearance_m, {0, 0.1},
     "fingers close on the way as far as they keep this distance");
+  f("cut_clearance_m", cut_clearance_m, {0, 0.1},
+    "straight pieces replace waypoints where they keep this distance");
   f("search", search, {"gauss_newton", "aico"}, "who smooths: block Gauss-Newton or AICO, on the same cost");
   f("base_speed_m_s", base_speed_m_s, {1e-3, 10}, "speed of the floating hand's base at most");
   f("base_turn_rad_s", base_turn_rad_s, {1e-3, 100}, "turning speed of the base at most");
@@ -76,38 +77,26 @@ motion::ApproachRule rule_of(const ApproachParams& p) {
   rule.tolerance_m = p.tolerance_m;
   rule.closing_tolerance_m = p.closing_tolerance_m;
   rule.wrap_clearance_m = p.wrap_clearance_m;
+  rule.cut_clearance_m = p.cut_clearance_m;
   rule.rrt_iterations = p.rrt_iterations;
   return rule;
 }
 
-/// What all ways keep away from, and what it is made of.
+/// What all ways keep away from.
 struct Scene {
   const geometry::SignedDistanceField& field;
-  geometry::SignedDistanceField foreign;  ///< of what the map holds besides object and support
   motion::Obstacles obstacles;
-  std::size_t foreign_cells = 0;
   Vec3 middle_O = Vec3::Zero(), up_O = Vec3::UnitZ();
 
   Scene(const geometry::SignedDistanceField& object, const geometry::PointCloud& cloud,
-        const geometry::Occupancy& map)
+        const geometry::SignedDistanceField& others)
       : field(object) {
     obstacles.fields.push_back({&field});
+    if (!others.coarse.empty()) obstacles.fields.push_back(motion::map_obstacle(others));
     obstacles.support = cloud.support;
     if (cloud.support) up_O = cloud.support->normal;
     middle_O =
         field.origin + field.cell_m / 2 * Vec3(field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1);
-    const auto cells = geometry::occupied_cells(map);
-    geometry::PointCloud others;
-    for (const Vec3& p : cells.centers_O) {
-      if (field.value(p) < 1.5 * cells.side_m)
-        continue;  // the object's own surface runs through or beside it
-      if (cloud.support && cloud.support->height_m(p) < 1.5 * cells.side_m) continue;
-      others.points.push_back(p);
-    }
-    foreign_cells = others.points.size();
-    if (foreign_cells == 0) return;
-    foreign = geometry::clearance_field(geometry::map_of_rays(others, cells.side_m), {});
-    obstacles.fields.push_back(motion::map_obstacle(foreign));
   }
 };
 
@@ -151,7 +140,7 @@ class GraspPlanner {
                               last.outcome == motion::ApproachOutcome::goal_blocked;
         if (hopeless) return none(last);  // no start mends that
         if (last.outcome != motion::ApproachOutcome::planned) continue;
-        if (!best || last.length < best->length) best = std::move(last);
+        if (!best || last.length < best->length) best = last;
         if (++proven == (sampling ? 1 : params_.candidates)) break;
       }
       if (best) break;
@@ -392,9 +381,8 @@ void report(const motion::TrajectorySet& set, pipeline::Run& run) {
 motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const hands::GraspSet& grasps, const geometry::SignedDistanceField& field,
                                const geometry::PointCloud& support_cloud,
-                               const geometry::Occupancy& occupancy, const hands::Hand& hand) {
-  const Scene scene(field, support_cloud, occupancy);
-  run.metric("foreign_cells", static_cast<double>(scene.foreign_cells));
+                               const geometry::SignedDistanceField& others, const hands::Hand& hand) {
+  const Scene scene(field, support_cloud, others);
   std::unique_ptr<hands::ArmedHand> armed;
   Pose X_OB = Pose::Identity();
   if (params.arm != "none") {

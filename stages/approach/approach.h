@@ -1,7 +1,6 @@
 #pragma once
 #include "geometry/cloud.h"
 #include "geometry/distance_field.h"
-#include "geometry/occupancy.h"
 #include "hands/grasp.h"
 #include "motion/trajectory.h"
 #include "pipeline/stage.h"
@@ -21,13 +20,14 @@ struct ApproachParams {
   double tolerance_m = 0.0005;
   double closing_tolerance_m = 0.003;
   double wrap_clearance_m = 0.002;
+  double cut_clearance_m = 0.001;
   std::string search = "gauss_newton";
   double base_speed_m_s = 0.25;
   double base_turn_rad_s = 1;
   double base_acceleration_m_s2 = 1;
   double joint_acceleration_rad_s2 = 10;
   double effort_variance = 1;
-  double damping = 0.01;
+  double damping = 0.1;
   int max_sweeps = 40;
   int rrt_iterations = 2000;
   int ways = 14;
@@ -44,14 +44,14 @@ struct ApproachParams {
 /// the shortest that is proven is kept (motion::ApproachPlanner). What answers is proven free all along
 /// (motion::Prover) of the object, the support, what else the map holds, and of itself: to `tolerance_m`,
 /// fingers that close to `closing_tolerance_m`; `planner` says whose path it is. Where none is proven the
-/// outcome says why. Every grasp has an entry. The cloud lends its support plane; `occupancy` may be without
-/// a tree. Cells of the map at the object or at the support count as those. With an arm, `arm_placements`
-/// places around the object are tried and the one that reaches most grasps is used for all.
+/// outcome says why. Every grasp has an entry. The cloud lends its support plane; `others` is what else is in
+/// the way (stage clearance), and may be without nodes. With an arm, `arm_placements` places around the
+/// object are tried and the one that reaches most grasps is used for all.
 motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const hands::GraspSet& grasps, const geometry::SignedDistanceField& field,
                                const geometry::PointCloud& support_cloud,
-                               const geometry::Occupancy& occupancy, const hands::Hand& hand);
+                               const geometry::SignedDistanceField& others, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage approach_stage{"approach", 4, &approach};
+inline constexpr pipeline::Stage approach_stage{"approach", 6, &approach};
 
 }  // namespace geocage::stages

@@ -138,8 +138,8 @@ physics::SelfCheck checked(std::vector<std::optional<Locked>>& locked, const Cag
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < sample.size(); ++i) {
     const physics::LockedHand& one = locked[sample[i].grasp]->hand;
-    physics::CageProtocol half = one.protocol, twice = one.protocol;
-    half.engine.dt_s /= 2;
+    const physics::CageProtocol half = physics::at_half_step(one.protocol);
+    physics::CageProtocol twice = one.protocol;
     twice.engine.iterations *= 2;
     sample[i].at_half_step = run_job(sample[i].job, params, half, body, one).outcome;
     sample[i].at_twice_iterations = run_job(sample[i].job, params, twice, body, one).outcome;

@@ -86,6 +86,7 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, const Po
   std::sort(parts.begin(), parts.end(),
             [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
   std::vector<Scene::Object> objects;
+  objects.reserve(parts.size());
   for (auto& part : parts) objects.push_back({std::to_string(objects.size()), std::move(part)});
   return objects;
 }
@@ -137,7 +138,7 @@ int chosen_object(const ImportParams& params, const Scene& scene, const std::str
 /// A mesh that is no solid is mended or refused.
 TriangleMesh solid_of(const ImportParams& params, pipeline::Run& run, TriangleMesh mesh,
                       const std::string& name) {
-  const auto refuse = [&](const std::string& why, std::vector<int> triangles) {
+  const auto refuse = [&](const std::string& why, const std::vector<int>& triangles) {
     std::string at;
     for (int f : triangles) at += fmt::format("{}{}", at.empty() ? " (triangles " : ", ", f);
     throw UserError(Fault::input, name, "this is no solid: " + why + (at.empty() ? "" : at + ")"),

@@ -31,6 +31,7 @@ constexpr double shared_foot = 0.2;  // two things can't stand in one place
 std::vector<Vec3> all_round() {
   constexpr int count = 200;
   std::vector<Vec3> directions;
+  directions.reserve(count);
   for (int k = 0; k < count; ++k) directions.push_back(geometry::lattice_direction(k, count));
   return directions;
 }
@@ -39,6 +40,7 @@ std::vector<Vec3> along_table(const geometry::Plane& table) {
   constexpr int count = 64;
   const Eigen::Matrix3d frame = geometry::frame_from_z(table.normal);
   std::vector<Vec3> directions;
+  directions.reserve(count);
   for (int k = 0; k < count; ++k) {
     const double turn = 2 * M_PI * k / count;
     directions.emplace_back(frame * Vec3(std::cos(turn), std::sin(turn), 0));
@@ -329,6 +331,7 @@ std::vector<std::vector<int>> PartJoins::indices() const {
   std::map<int, std::vector<int>> parts;
   for (std::size_t i = 0; i < cluster_.size(); ++i) parts[name_[i]].push_back(cluster_[i]);
   std::vector<std::vector<int>> list;
+  list.reserve(parts.size());
   for (auto& [name, part] : parts) list.push_back(std::move(part));
   return list;
 }

@@ -18,6 +18,7 @@ namespace {
 /// From the sensor on.
 std::vector<Vec3> seen_from_sensor(const geometry::PointCloud& cloud, const std::vector<int>& chosen) {
   std::vector<Vec3> points;
+  points.reserve(chosen.size());
   for (int i : chosen) points.push_back(cloud.points[i] - cloud.sensor_origins.front());
   return points;
 }

@@ -222,7 +222,7 @@ std::string PoseSearch::close_above_support(Pose& X_OH, const PoseChoice& choice
 
 std::string PoseSearch::try_pose(Pose X_OH, const PoseChoice& choice, hands::Grasp& grasp) const {
   Closing closing;
-  const std::string rule = close_above_support(X_OH, choice, closing);
+  std::string rule = close_above_support(X_OH, choice, closing);
   if (!rule.empty()) return rule;
   const Vec3 reach_from(params_.reach_from_m[0], params_.reach_from_m[1], params_.reach_from_m[2]);
   if (params_.max_reach_m > 0 && (X_OH.translation() - reach_from).norm() > params_.max_reach_m)

@@ -60,7 +60,7 @@ TriangleMesh isotropic(const TriangleMesh& mesh, int vertices, int sweeps,
   Remesher work(canonical(mesh, report.box_min, report.diagonal_m()), edge_m);
   std::size_t done = 0;
   const auto tell = [&] {
-    if (progress) progress(++done, static_cast<std::size_t>(sweeps + finishing + lifts));
+    if (progress) progress(++done, std::size_t(sweeps) + finishing + lifts);
   };
 
   double h = edge_m;

@@ -1,12 +1,15 @@
 // Does the cage test hang on its time step? Grasps made on noisy copies of every mesh of a folder, tested on
 // the true mesh:
 //   cage_steps_study FOLDER [--noise M] [--seeds N] [--grasps N] [--wrenches N] [--hand NAME] [--only a,b]
+//                    [--trials FILE.csv]
 // Each trial runs three times: as it is, at half the step, with twice the iterations. A table of agreements
 // by kind of trial, and every disagreement by name. --wrenches: seeds of each amplitude (1 and 5 weights).
+// --trials: every trial's outcomes, to compare with those of another build.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -108,6 +111,15 @@ void print(const std::vector<Job>& jobs) {
                 c.errors, 1e3 * c.deepest_m, 1e6 * c.seconds / c.steps, c.trials / c.seconds);
 }
 
+void write(const std::vector<Job>& jobs, const std::string& file) {
+  std::ofstream out(file);
+  out << "trial,outcome,ended_s,deepest_mm,steps,half_step,twice_iterations\n";
+  for (const Job& job : jobs)
+    out << '"' << job.name << "\"," << name(job.base.outcome) << ',' << job.base.ended_s << ','
+        << 1e3 * job.base.penetration_m << ',' << job.base.steps << ',' << name(job.half.outcome) << ','
+        << name(job.twice.outcome) << '\n';
+}
+
 }  // namespace
 }  // namespace geocage::bench
 
@@ -115,11 +127,14 @@ int main(int argc, char** argv) {
   using namespace geocage::bench;
   StudyOptions options;
   int wrenches = 2;
+  std::string trials;
   if (argc < 2 || argc % 2 != 0) return std::fprintf(stderr, "cage_steps_study FOLDER [options]\n"), 2;
   options.folder = argv[1];
   for (int i = 2; i + 1 < argc; i += 2) {
     if (std::string(argv[i]) == "--wrenches")
       wrenches = std::stoi(argv[i + 1]);
+    else if (std::string(argv[i]) == "--trials")
+      trials = argv[i + 1];
     else if (!read_study_option(options, argv[i], argv[i + 1]))
       return std::fprintf(stderr, "unknown option %s\n", argv[i]), 2;
   }
@@ -133,8 +148,8 @@ int main(int argc, char** argv) {
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     Job& job = jobs[i];
-    CageProtocol half = job.protocol, twice = job.protocol;
-    half.engine.dt_s /= 2;
+    const CageProtocol half = geocage::physics::at_half_step(job.protocol);
+    CageProtocol twice = job.protocol;
     twice.engine.iterations *= 2;
     const double start = processor_s();
     job.base = job.run(job.protocol);
@@ -143,5 +158,6 @@ int main(int argc, char** argv) {
     job.twice = job.run(twice);
   }
   print(jobs);
+  if (!trials.empty()) write(jobs, trials);
   return 0;
 }

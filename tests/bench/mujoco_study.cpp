@@ -1,9 +1,10 @@
 // Are the outcomes Bullet's alone? Grasps made on noisy copies of every mesh of a folder, tested on the true
 // mesh by Bullet (signed distance field) and by MuJoCo (convex parts), and cases whose answer is known:
 //   mujoco_study FOLDER [--tier cage|force|known|all] [--noise M] [--seeds N] [--grasps N] [--hand NAME]
-//                [--only a,b] [--part-mm T] [--mujoco-dt S] [--impratio R]
+//                [--only a,b] [--part-mm T] [--mujoco-dt S] [--impratio R] [--ways N]
 // --part-mm: how far a convex part may be outside the solid. --mujoco-dt: MuJoCo's step; its contacts have
-// twice that as their time constant.
+// twice that as their time constant. --ways: how many of the six each grasp is pulled or pushed along, in
+// turn. Rows and disagreements are printed object by object: a run that was cut is finished with --only.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include "physics/force_trial.h"
 #include "physics/formula_field.h"
 #include "physics/locked_hand.h"
+#include <fmt/format.h>
 
 #include "tests/bench/mujoco_world.h"
 #include "tests/bench/study_grasps.h"
@@ -31,35 +33,58 @@ constexpr double deg = std::numbers::pi / 180;
 struct Settings {
   MujocoSettings mujoco;
   physics::ConvexPartsRule parts;
+  int ways = 6;  ///< of the six, in turn
 };
 
 double turn_of(const Pose& a, const Pose& b) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
 }
 
+/// What one engine says of a trial.
+struct Seen {
+  Outcome outcome = Outcome::held;
+  double moved_m = 0, turned_rad = 0, ended_s = 0, penetration_m = 0;
+};
+
 /// The pull of the cage test, in MuJoCo.
-Outcome mujoco_pull(const Settings& settings, const physics::LockedHand& locked,
-                    const physics::ObjectBody& body, const std::vector<physics::ConvexPart>& parts,
-                    const Vec3& way) {
+Seen mujoco_pull(const Settings& settings, const physics::LockedHand& locked, const physics::ObjectBody& body,
+                 MujocoWorld& world, const Vec3& way) {
   const physics::CageProtocol& protocol = locked.protocol;
-  MujocoWorld world(settings.mujoco, body, parts, locked.escape.capsules());
+  world.reset();
+  const Pose start = world.X_WO();
+  const Vec3 center = body.X_OB.translation();
   const double dt = settings.mujoco.dt_s, kept = std::exp(-dt / protocol.engine.damping_s);
   const int steps = static_cast<int>(std::lround(protocol.pull_s / dt)), look = std::lround(0.05 / dt);
   int resting = 0;
+  Seen seen;
   for (int i = 1; i <= steps; ++i) {
     world.step(body.mass_kg * protocol.gravity_m_s2 * way);
     world.damp(kept);
-    if (!world.finite() || world.penetration_m() > protocol.max_penetration_m) return Outcome::error;
     const Pose X = world.X_WO();
+    seen.ended_s = i * dt, seen.penetration_m = std::max(seen.penetration_m, world.penetration_m());
+    seen.moved_m = std::max(seen.moved_m, (X * center - start * center).norm());
+    seen.turned_rad = std::max(seen.turned_rad, turn_of(start, X));
+    if (!world.finite() || seen.penetration_m > protocol.max_penetration_m)
+      return seen.outcome = Outcome::error, seen;
     if (i % look == 0 &&
         (locked.escape.gone(X) || (locked.escape.beside(X) && locked.escape.straight_way_out(X))))
-      return Outcome::lost;
+      return seen.outcome = Outcome::lost, seen;
     const bool rests =
         world.speed_m_s() < protocol.rest_speed_m_s && world.spin_rad_s() < protocol.rest_spin_rad_s;
     resting = rests ? resting + 1 : 0;
     if (resting * dt >= protocol.rest_s) break;
   }
-  return Outcome::held;
+  return seen;
+}
+
+/// `parts`: of the step.
+Seen bullet_pull(const physics::LockedHand& locked, const physics::ObjectBody& body, const Vec3& way,
+                 int parts = 1) {
+  physics::CageProtocol protocol = locked.protocol;
+  protocol.engine.dt_s /= parts;
+  const auto trial = physics::pull_trial(protocol, body, locked.escape, way, 0);
+  return {trial.outcome, trial.max_displacement_m, trial.max_rotation_rad, trial.ended_s,
+          trial.penetration_m};
 }
 
 /// A push of the force test, in MuJoCo.
@@ -98,6 +123,11 @@ struct Compared {
   Outcome bullet = Outcome::held, mujoco = Outcome::held;
 };
 
+std::string words(const Seen& seen) {
+  return fmt::format("{} at {:.2f} s, moved {:.1f} mm, turned {:.0f} deg, {:.2f} mm deep", name(seen.outcome),
+                     seen.ended_s, 1e3 * seen.moved_m, seen.turned_rad / deg, 1e3 * seen.penetration_m);
+}
+
 void print(const char* tier, const std::vector<Compared>& trials) {
   std::size_t agree = 0;
   for (const Compared& trial : trials) agree += trial.bullet == trial.mujoco;
@@ -131,16 +161,23 @@ void compare(const StudyObject& object, const hands::Hand& hand, const Settings&
   std::printf("| %s | %zu | %ld, %d | %.1f |\n", object.name.c_str(), parts.size(), shape.euler, shape.pieces,
               100 * (shape.volume_m3 / geometry::mass_properties(object.mesh).volume_m3 - 1));
   std::fflush(stdout);
+  std::size_t turn = 0;
   for (std::size_t g = 0; g < object.grasps.grasps.size(); ++g) {
     const auto& grasp = object.grasps.grasps[g];
     const auto q = hands::joint_vector(hand.tree, grasp.joints_rad, object.name);
     const std::string label = object.name + " grasp " + std::to_string(g) + " ";
-    for (const auto& way : physics::six_directions()) {
+    const auto locked = physics::lock({}, body, radius_m, hand, grasp.X_OH, q);
+    MujocoWorld walls(settings.mujoco, body, parts, locked.escape.capsules());
+    for (int i = 0; i < settings.ways; ++i) {
+      const auto& way = physics::six_directions()[turn++ % 6];
       if (cage) {
-        const auto locked = physics::lock({}, body, radius_m, hand, grasp.X_OH, q);
-        pulls.push_back({label + way.name,
-                         physics::pull_trial(locked.protocol, body, locked.escape, way.axis_O, 0).outcome,
-                         mujoco_pull(settings, locked, body, parts, way.axis_O)});
+        const Seen bullet = bullet_pull(locked, body, way.axis_O);
+        const Seen mujoco = mujoco_pull(settings, locked, body, walls, way.axis_O);
+        pulls.push_back({label + way.name, bullet.outcome, mujoco.outcome});
+        if (bullet.outcome != mujoco.outcome)
+          std::printf("- %s: Bullet %s; at an eighth of the step %s; MuJoCo %s\n", pulls.back().name.c_str(),
+                      words(bullet).c_str(), words(bullet_pull(locked, body, way.axis_O, 8)).c_str(),
+                      words(mujoco).c_str());
       }
       if (force) {
         const auto posture = physics::posture_at(hand, object.field, grasp.X_OH, q);
@@ -272,7 +309,8 @@ void ring_on_bar(const Settings& settings) {
       held[0][axial] += stops;
       held[1][axial] +=
           physics::pull_trial(locked.protocol, ring, locked.escape, way.axis_O, 0).outcome == Outcome::held;
-      held[2][axial] += mujoco_pull(settings, locked, ring, parts, way.axis_O) == Outcome::held;
+      MujocoWorld world(settings.mujoco, ring, parts, bars);
+      held[2][axial] += mujoco_pull(settings, locked, ring, world, way.axis_O).outcome == Outcome::held;
     }
     std::printf("| ring on a bar %s end stops: held of 4 across, of 2 along | %d, %d | %d, %d | %d, %d |\n",
                 stops ? "with" : "without", held[0][0], held[0][1], held[1][0], held[1][1], held[2][0],
@@ -299,6 +337,8 @@ int main(int argc, char** argv) {
       settings.parts.tolerance_m = 1e-3 * std::stod(value);
     else if (key == "--mujoco-dt")
       settings.mujoco.dt_s = std::stod(value), settings.mujoco.contact_s = 2 * settings.mujoco.dt_s;
+    else if (key == "--ways")
+      settings.ways = std::stoi(value);
     else if (key == "--impratio")
       settings.mujoco.impratio = std::stod(value);
     else if (!read_study_option(options, key, value))

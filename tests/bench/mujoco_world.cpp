@@ -115,6 +115,7 @@ MujocoWorld::MujocoWorld(const MujocoSettings& settings, const physics::ObjectBo
   std::string walls;
   for (const auto& wall : walls_O) walls += capsule(wall.a, wall.b, wall.radius_m, 1000, 0);
   load(object, parts, walls, "");
+  start_.assign(data_->qpos, data_->qpos + model_->nq);
 }
 
 MujocoWorld::MujocoWorld(const MujocoSettings& settings, const physics::ObjectBody& object,
@@ -143,6 +144,13 @@ MujocoWorld::MujocoWorld(const MujocoSettings& settings, const physics::ObjectBo
     const int id = mj_name2id(model_, mjOBJ_JOINT, joint.name.c_str());
     data_->qpos[model_->jnt_qposadr[id]] = joint.multiplier * q[joint.dof] + joint.offset_rad;
   }
+  start_.assign(data_->qpos, data_->qpos + model_->nq);
+}
+
+void MujocoWorld::reset() {
+  mj_resetData(model_, data_);
+  std::ranges::copy(start_, data_->qpos);
+  motors_.clear();
 }
 
 MujocoWorld::~MujocoWorld() {

@@ -16,10 +16,10 @@ namespace geocage::bench {
 
 /// How MuJoCo integrates, and how hard its contacts are: solref's time constant and solimp's width.
 struct MujocoSettings {
-  double dt_s = 0.002;
+  double dt_s = 0.001;  ///< at 2 ms grips creep and grazing pulls end otherwise
   double friction = 0.6;
-  double contact_s = 0.004, width_m = 1e-4;
-  double impratio = 10;  ///< how much stiffer friction is than the normal direction
+  double contact_s = 0.002, width_m = 1e-4;
+  double impratio = 100;  ///< how much stiffer friction is than the normal direction
   double hand_density_kg_m3 = 2000;
 };
 
@@ -41,6 +41,7 @@ class MujocoWorld {
   void hold(const hands::Hand& hand, const Eigen::VectorXd& q_target, const physics::Grip& grip);
   void step(const geometry::Vec3& force_W_n, const geometry::Vec3& torque_W_nm = geometry::Vec3::Zero());
   void damp(double share);  ///< of the object's velocity that is kept
+  void reset();             ///< everything as it was at the start, motors off
 
   geometry::Pose X_WO() const;
   double speed_m_s() const;
@@ -59,6 +60,7 @@ class MujocoWorld {
   mjModel_* model_ = nullptr;
   mjData_* data_ = nullptr;
   int body_ = 0;
+  std::vector<double> start_;  ///< joint positions
   struct Motor {
     int joint, actuator;
     double target, gain, most;

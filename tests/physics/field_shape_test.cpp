@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -68,6 +69,26 @@ TEST(FieldContacts, of_a_groove_are_its_two_walls) {
   EXPECT_TRUE(left && right);
 }
 
+// A fingertip in the corner of three walls, whichever way it points: the deepest contact is as deep as the
+// field says at the nearest place of its axis, no less and no more, but for what shares a load (0.05 mm) and
+// a sample's refinement (1 % of 8 mm).
+TEST(FieldContacts, of_a_tip_in_a_corner_tell_the_depth_of_the_nearest_wall) {
+  const auto field = filled(Vec3::Constant(0.06), 0.002, [](const Vec3& p) { return p.minCoeff(); });
+  const double r = 0.01;
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<> unit(0, 1);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 tip =
+        Vec3::Constant(r) + 1e-3 * Vec3(unit(random), unit(random), unit(random)) - Vec3::Constant(1e-3);
+    const Vec3 away = Vec3(unit(random), unit(random), unit(random)).normalized();
+    const FieldContacts found = field_contacts(field, {tip + 0.03 * away, tip, r}, contact_m);
+    double deepest = 1, nearest = 1;
+    for (int c = 0; c < found.size; ++c) deepest = std::min(deepest, found.items[c].value_m);
+    for (double at = 0; at <= 0.03; at += 1e-5) nearest = std::min(nearest, field.value(tip + at * away));
+    EXPECT_NEAR(deepest, nearest, 1.3e-4) << tip.transpose() << " along " << away.transpose();
+  }
+}
+
 // A finger across a hollow rests on both rims, though one is 0.2 mm deeper than the other: two balls, a
 // capsule over both, and every place of the axis within reach.
 TEST(FieldContacts, of_a_hollow_are_all_its_rims) {
@@ -96,6 +117,38 @@ TEST(FieldContacts, leave_a_hole_open) {
   const Vec3 up(0, 0, 0.03);
   EXPECT_EQ(field_contacts(field, {-up, up, 0.03}, contact_m).size, 0);
   EXPECT_GT(field_contacts(field, {-up, up, 0.042}, contact_m).size, 0);
+}
+
+// What a track remembers only spares lookups: along a random walk past a torus, turning, near and far, inside
+// and outside the field's grid, its contacts are those of a capsule that is looked at for the first time, to
+// the bit. Both bounds on a skipped sample are lower ones, since no interpolated slope is above sqrt(3) < 2.
+// (38 mm are no multiple of the samples' 4 mm, whose number then hangs on no rounding.)
+TEST(FieldContacts, of_a_tracked_capsule_are_those_of_a_new_one) {
+  const auto field =
+      filled(Vec3(0.08, 0.08, 0.04), cell_m, [](const Vec3& p) { return torus_distance(p, 0.04, 0.01); });
+  std::mt19937 random(0);
+  std::normal_distribution<double> normal;
+  const auto draw = [&] { return Vec3(normal(random), normal(random), normal(random)); };
+  CapsuleTrack track;
+  Vec3 middle(0.04, 0, 0.03), along(1, 0, 0);
+  int touching = 0;
+  for (int step = 0; step < 3000; ++step) {
+    middle = 0.99 * (middle + (step % 100 == 0 ? 0.01 : 0.0005) * draw());
+    along = (along + 0.01 * draw()).normalized();
+    const hands::PlacedCapsule capsule{middle - 0.019 * along, middle + 0.019 * along, 0.008};
+    const double gap_m = contact_m * (1 + step % 2);  // a faster step makes contacts from farther away
+    const FieldContacts tracked = track.contacts(field, capsule, gap_m);
+    const FieldContacts fresh = field_contacts(field, capsule, gap_m);
+    ASSERT_EQ(tracked.size, fresh.size) << step;
+    touching += fresh.size > 0;
+    for (int i = 0; i < fresh.size; ++i) {
+      EXPECT_EQ(tracked.items[i].p_O, fresh.items[i].p_O) << step;
+      EXPECT_EQ(tracked.items[i].n_O, fresh.items[i].n_O) << step;
+      EXPECT_EQ(tracked.items[i].value_m, fresh.items[i].value_m) << step;
+    }
+  }
+  EXPECT_GT(touching, 300);
+  EXPECT_LT(touching, 2700);
 }
 
 }  // namespace

@@ -1,0 +1,101 @@
+// Do the shapes that physics sees keep the mesh's size and holes? For every mesh of a folder, its distance
+// field and its convex parts:
+//   shape_study FOLDER|MESH [PART_MM]
+// chi is of the solid: half of the mesh's V - E + F, and of the voxels of 1 mm inside. The field's error is
+// against CGAL's exact distance at points within 5 mm of the surface, on both sides; what parts have outside
+// the solid and leave out of it is what the field says at points 0.75 mm apart.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include "physics/convex_parts.h"
+
+#include "stages/field/field.h"
+#include "tests/bench/exact_distance.h"
+#include "tests/bench/study_objects.h"
+
+namespace geocage::bench {
+namespace {
+
+using geometry::Vec3;
+
+/// Largest |field| - distance in size, m.
+double largest_error_m(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field) {
+  const ExactDistance exact(mesh);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<> unit(0, 1);
+  double largest = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const auto& t =
+        mesh.triangles[static_cast<std::size_t>(unit(random) * static_cast<double>(mesh.triangles.size()))];
+    double u = unit(random), v = unit(random);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const Vec3 &a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a, ac = mesh.vertices[t[2]] - a;
+    const Vec3 p = a + u * ab + v * ac + 0.01 * (unit(random) - 0.5) * ab.cross(ac).stableNormalized();
+    largest = std::max(largest, std::abs(std::abs(field.value(p)) - (p - exact.nearest(p)).norm()));
+  }
+  return largest;
+}
+
+struct Outline {
+  double excess_m = 0, left_out_m = 0;
+};
+
+Outline outline(const Eigen::AlignedBox3d& box, const geometry::SignedDistanceField& field,
+                const std::vector<physics::ConvexPart>& parts) {
+  constexpr double step = 0.75e-3;
+  Outline seen;
+  std::vector<Eigen::AlignedBox3d> boxes(parts.size());
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    for (const Vec3& p : parts[i].vertices_O) boxes[i].extend(p);
+  for (double z = box.min().z() - 2e-3; z < box.max().z() + 2e-3; z += step)
+    for (double y = box.min().y() - 2e-3; y < box.max().y() + 2e-3; y += step)
+      for (double x = box.min().x() - 2e-3; x < box.max().x() + 2e-3; x += step) {
+        const Vec3 p(x, y, z);
+        const double value = field.value(p);
+        if (value >= 0 ? value <= seen.excess_m : -value <= seen.left_out_m) continue;
+        bool covered = false;
+        for (std::size_t i = 0; i < parts.size() && !covered; ++i)
+          covered = boxes[i].contains(p) && parts[i].contains(p, 1e-9);
+        if (value > 0 && covered) seen.excess_m = value;
+        if (value < 0 && !covered) seen.left_out_m = -value;
+      }
+  return seen;
+}
+
+}  // namespace
+}  // namespace geocage::bench
+
+int main(int argc, char** argv) {
+  using namespace geocage::bench;
+  namespace geometry = geocage::geometry;
+  namespace physics = geocage::physics;
+  if (argc < 2) return std::fprintf(stderr, "shape_study FOLDER|MESH [PART_MM]\n"), 2;
+  physics::ConvexPartsRule rule;
+  if (argc > 2) rule.tolerance_m = 1e-3 * std::atof(argv[2]);
+  std::printf(
+      "| object | chi | field: chi, pieces | worst mm | parts | chi, pieces | outside mm | left out mm | "
+      "volume %% "
+      "|\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const auto& [name, mesh] : objects_of(argv[1])) {
+    geocage::pipeline::Run run;
+    const auto field = geocage::stages::field({}, run, mesh);
+    Eigen::AlignedBox3d box;
+    for (const auto& p : mesh.vertices) box.extend(p);
+    const long chi =
+        (static_cast<long>(mesh.vertices.size()) - static_cast<long>(mesh.triangles.size()) / 2) / 2;
+    const auto of_field =
+        physics::voxel_shape(box, 1e-3, [&](const geometry::Vec3& p) { return field.value(p) < 0; });
+    const auto parts = physics::convex_parts(mesh, field, rule);
+    const auto of_parts = physics::voxel_shape(box, 1e-3, parts);
+    const Outline seen = outline(box, field, parts);
+    std::printf("| %s | %ld | %ld, %d | %.2f | %zu | %ld, %d | %.2f | %.2f | %+.1f |\n", name.c_str(), chi,
+                of_field.euler, of_field.pieces, 1e3 * largest_error_m(mesh, field), parts.size(),
+                of_parts.euler, of_parts.pieces, 1e3 * seen.excess_m, 1e3 * seen.left_out_m,
+                100 * (of_parts.volume_m3 / geometry::mass_properties(mesh).volume_m3 - 1));
+    std::fflush(stdout);
+  }
+  return 0;
+}
