@@ -1,7 +1,8 @@
 // Geodesic balls with curvature, area, Euler number, axis and winding angle of every vertex, against Boost's
 // bounded Dijkstra, which gives the ball alone, and against the plain implementation. Arguments: mesh
-// (kilo-vertices, about) and percent of the diagonal. The peers look at every 50th vertex; items are sources,
-// so that items per second compare. Run with --benchmark_enable_random_interleaving=true
+// (kilo-vertices, about), percent of the diagonal, and shape (0: dented torus, 1: sphere). The counter `ball`
+// is the mean number of vertices of a ball. The peers look at every 50th vertex; items are sources, so that
+// items per second compare. Run with --benchmark_enable_random_interleaving=true
 // --benchmark_repetitions=3: peers side by side.
 #include <cmath>
 #include <map>
@@ -21,14 +22,29 @@ namespace {
 
 using topology::Metric;
 
-/// A dented torus, its vertices in the order of a Hilbert curve: what helps the lanes shall help the peers.
-const geometry::TriangleMesh& surface(std::int64_t kilo) {
-  static std::map<std::int64_t, geometry::TriangleMesh> meshes;
-  if (const auto found = meshes.find(kilo); found != meshes.end()) return found->second;
-  const int around = static_cast<int>(std::lround(std::sqrt(static_cast<double>(kilo) * 1000 * 0.3)));
+enum Shape { dented_torus, round_sphere };
+
+/// About so many vertices, all triangles of about the same size: balls of a torus' tube meet themselves,
+/// those of a sphere are discs.
+geometry::TriangleMesh make_shape(std::int64_t shape, double vertices) {
+  if (shape == round_sphere) {
+    auto mesh = datasets::box({2, 2, 2}, static_cast<int>(std::lround(std::sqrt(vertices / 6))));
+    for (geometry::Vec3& p : mesh.vertices) p = geometry::Vec3((M_PI / 4 * (p.array())).tan()).normalized();
+    return mesh;
+  }
+  const int around = static_cast<int>(std::lround(std::sqrt(vertices * 0.3)));
   auto mesh = datasets::torus(1, 0.3, static_cast<int>(around / 0.3), around);
   for (geometry::Vec3& p : mesh.vertices)
     p *= 1 + 0.2 * std::sin(5.3 * p.x() + 0.7 * p.y() - 0.4) * std::cos(4 * p.z() + p.x());
+  return mesh;
+}
+
+/// Its vertices in the order of a Hilbert curve: what helps the lanes shall help the peers.
+const geometry::TriangleMesh& surface(const benchmark::State& state) {
+  static std::map<std::pair<std::int64_t, std::int64_t>, geometry::TriangleMesh> meshes;
+  const std::pair key(state.range(0), state.range(2));
+  if (const auto found = meshes.find(key); found != meshes.end()) return found->second;
+  const auto mesh = make_shape(key.second, static_cast<double>(key.first) * 1000);
   const auto original = topology::BallMesh(mesh).original;
   geometry::TriangleMesh ordered;
   std::vector<int> rank(original.size());
@@ -37,10 +53,10 @@ const geometry::TriangleMesh& surface(std::int64_t kilo) {
     ordered.vertices.push_back(mesh.vertices[v]);
   }
   for (const auto& t : mesh.triangles) ordered.triangles.push_back({rank[t[0]], rank[t[1]], rank[t[2]]});
-  return meshes.emplace(kilo, ordered).first->second;
+  return meshes.emplace(key, ordered).first->second;
 }
 double radius_m(const benchmark::State& state) {
-  return check_mesh(surface(state.range(0))).diagonal_m() * static_cast<double>(state.range(1)) / 100;
+  return check_mesh(surface(state)).diagonal_m() * static_cast<double>(state.range(1)) / 100;
 }
 std::vector<int> some_sources(const geometry::TriangleMesh& mesh) {
   std::vector<int> sources;
@@ -56,18 +72,22 @@ void count_items(benchmark::State& state, std::size_t sources) {
 
 void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int threads) {
   omp_set_num_threads(threads);
-  const auto& mesh = surface(state.range(0));
+  const auto& mesh = surface(state);
   std::vector<double> list;
   for (int i = 1; i <= radii; ++i) list.push_back(radius_m(state) * i / radii);
   topology::BallOptions options;
   options.winding = winding;
-  for (auto _ : state) benchmark::DoNotOptimize(topology::ball_fields(mesh, list, metric, options));
+  topology::BallSet set;
+  for (auto _ : state) benchmark::DoNotOptimize(set = topology::ball_fields(mesh, list, metric, options));
   count_items(state, mesh.vertices.size());
+  double ball = 0;
+  for (int count : set.radii.back().ball_vertices) ball += count;
+  state.counters["ball"] = ball / static_cast<double>(mesh.vertices.size());
 }
 
 void plain(benchmark::State& state, Metric metric) {
   omp_set_num_threads(1);
-  const auto& mesh = surface(state.range(0));
+  const auto& mesh = surface(state);
   const auto sources = some_sources(mesh);
   topology::PlainBalls balls(mesh, metric, {});
   topology::BallSet set;
@@ -83,9 +103,11 @@ struct Bound : boost::dijkstra_visitor<> {
   double radius;
   const std::vector<double>* distance;
   std::vector<std::size_t>* touched;
+  std::size_t* settled;
   template <class Vertex, class Graph>
   void examine_vertex(Vertex v, const Graph&) const {
     if ((*distance)[v] > radius) throw Beyond();
+    ++*settled;
   }
   template <class Edge, class Graph>
   void edge_relaxed(Edge e, const Graph& graph) const {
@@ -96,7 +118,7 @@ struct Bound : boost::dijkstra_visitor<> {
 void boost_ball(benchmark::State& state) {
   using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property,
                                                    boost::property<boost::edge_weight_t, double>>;
-  const auto& mesh = surface(state.range(0));
+  const auto& mesh = surface(state);
   const auto rows = vertex_neighbours(mesh);
   const std::size_t n = mesh.vertices.size();
   std::vector<std::pair<std::size_t, std::size_t>> edges;
@@ -115,7 +137,10 @@ void boost_ball(benchmark::State& state) {
   bound.distance = &distance;
   bound.touched = &touched;
   const auto sources = some_sources(mesh);
-  for (auto _ : state)
+  std::size_t settled = 0;
+  bound.settled = &settled;
+  for (auto _ : state) {
+    settled = 0;
     for (int v : sources) {
       touched.assign(1, static_cast<std::size_t>(v));
       distance[v] = 0;
@@ -129,14 +154,18 @@ void boost_ball(benchmark::State& state) {
       benchmark::DoNotOptimize(distance.data());
       for (std::size_t w : touched) distance[w] = far;
     }
+  }
   count_items(state, sources.size());
+  state.counters["ball"] = static_cast<double>(settled) / static_cast<double>(sources.size());
 }
 
-void sizes(benchmark::internal::Benchmark* bench) {
-  bench->Args({20, 10})->Args({20, 25})->Args({80, 10})->Args({80, 25})->Unit(benchmark::kMillisecond);
-}
 void small_sizes(benchmark::internal::Benchmark* bench) {
-  bench->Args({20, 10})->Args({20, 25})->Unit(benchmark::kMillisecond);
+  for (int shape : {dented_torus, round_sphere})
+    for (int percent : {10, 25}) bench->Args({20, percent, shape})->Unit(benchmark::kMillisecond);
+}
+void sizes(benchmark::internal::Benchmark* bench) {
+  small_sizes(bench);
+  bench->Args({80, 10, dented_torus})->Args({80, 25, dented_torus});
 }
 BENCHMARK(boost_ball)->Apply(sizes);
 BENCHMARK_CAPTURE(plain, hop, Metric::hop)->Apply(sizes);
