@@ -1,6 +1,6 @@
 // Do the shapes that physics sees keep the mesh's size and holes? For every mesh of a folder, its distance
 // field and its convex parts:
-//   shape_study FOLDER|MESH [PART_MM]
+//   shape_study FOLDER|MESH [PART_MM]   (0: the field alone)
 // chi is of the solid: half of the mesh's V - E + F, and of the voxels of 1 mm inside. The field's error is
 // against CGAL's exact distance at points within 5 mm of the surface, on both sides; what parts have outside
 // the solid and leave out of it is what the field says at points 0.75 mm apart.
@@ -21,12 +21,16 @@ namespace {
 
 using geometry::Vec3;
 
-/// Largest |field| - distance in size, m.
-double largest_error_m(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field) {
+/// Largest errors, m.
+struct Errors {
+  double outside_m = 0, inside_m = 0;
+};
+
+Errors errors(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field) {
   const ExactDistance exact(mesh);
   std::mt19937_64 random(7);
   std::uniform_real_distribution<> unit(0, 1);
-  double largest = 0;
+  Errors largest;
   for (int i = 0; i < 20000; ++i) {
     const auto& t =
         mesh.triangles[static_cast<std::size_t>(unit(random) * static_cast<double>(mesh.triangles.size()))];
@@ -34,7 +38,9 @@ double largest_error_m(const geometry::TriangleMesh& mesh, const geometry::Signe
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const Vec3 &a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a, ac = mesh.vertices[t[2]] - a;
     const Vec3 p = a + u * ab + v * ac + 0.01 * (unit(random) - 0.5) * ab.cross(ac).stableNormalized();
-    largest = std::max(largest, std::abs(std::abs(field.value(p)) - (p - exact.nearest(p)).norm()));
+    const double value = field.value(p), error = std::abs(std::abs(value) - (p - exact.nearest(p)).norm());
+    double& side = value >= 0 ? largest.outside_m : largest.inside_m;
+    side = std::max(side, error);
   }
   return largest;
 }
@@ -76,7 +82,8 @@ int main(int argc, char** argv) {
   physics::ConvexPartsRule rule;
   if (argc > 2) rule.tolerance_m = 1e-3 * std::atof(argv[2]);
   std::printf(
-      "| object | chi | field: chi, pieces | worst mm | parts | chi, pieces | outside mm | left out mm | "
+      "| object | chi | field: chi, pieces | worst mm outside, inside | parts | chi, pieces | outside mm | "
+      "left out mm | "
       "volume %% "
       "|\n|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [name, mesh] : objects_of(argv[1])) {
@@ -88,12 +95,14 @@ int main(int argc, char** argv) {
         (static_cast<long>(mesh.vertices.size()) - static_cast<long>(mesh.triangles.size()) / 2) / 2;
     const auto of_field =
         physics::voxel_shape(box, 1e-3, [&](const geometry::Vec3& p) { return field.value(p) < 0; });
-    const auto parts = physics::convex_parts(mesh, field, rule);
+    std::vector<physics::ConvexPart> parts;
+    if (rule.tolerance_m > 0) parts = physics::convex_parts(mesh, field, rule);
     const auto of_parts = physics::voxel_shape(box, 1e-3, parts);
-    const Outline seen = outline(box, field, parts);
-    std::printf("| %s | %ld | %ld, %d | %.2f | %zu | %ld, %d | %.2f | %.2f | %+.1f |\n", name.c_str(), chi,
-                of_field.euler, of_field.pieces, 1e3 * largest_error_m(mesh, field), parts.size(),
-                of_parts.euler, of_parts.pieces, 1e3 * seen.excess_m, 1e3 * seen.left_out_m,
+    const Outline seen = parts.empty() ? Outline{} : outline(box, field, parts);
+    const Errors worst = errors(mesh, field);
+    std::printf("| %s | %ld | %ld, %d | %.2f, %.2f | %zu | %ld, %d | %.2f | %.2f | %+.1f |\n", name.c_str(),
+                chi, of_field.euler, of_field.pieces, 1e3 * worst.outside_m, 1e3 * worst.inside_m,
+                parts.size(), of_parts.euler, of_parts.pieces, 1e3 * seen.excess_m, 1e3 * seen.left_out_m,
                 100 * (of_parts.volume_m3 / geometry::mass_properties(mesh).volume_m3 - 1));
     std::fflush(stdout);
   }
