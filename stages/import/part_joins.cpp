@@ -173,10 +173,11 @@ void PartJoins::join_what_has_no_stand() {
 }
 
 /// What touches nothing and doesn't stand is a piece of the nearest part: something hides where they meet.
+/// Where the table below it is hidden, it may stand there.
 void PartJoins::join_what_floats() {
   const auto touch = contacts();
   for (const auto& [name, count] : sizes()) {
-    if (touch.contains(name) || stands(reach_of(name))) continue;
+    if (touch.contains(name) || stands(reach_of(name)) || hides_its_foot(name)) continue;
     const auto mine = points_of(name);
     double least = std::numeric_limits<double>::infinity();
     int home = name;
@@ -223,6 +224,20 @@ int PartJoins::home_of(int name, const Sides& sides) const {
         Outline(points_of(other), along_table(table_)).share_inside(points_of(name)) > shared_foot)
       return other;
   return name;
+}
+
+/// True where the table below at least half of a part's lowest points wasn't seen.
+bool PartJoins::hides_its_foot(int name) const {
+  const Reach reach = reach_of(name);
+  int low = 0, seen = 0;
+  for (const Vec3& p : points_of(name)) {
+    const double height_m = table_.height_m(p);
+    if (reach.share_of(height_m) > 0.25) continue;
+    const Vec3 foot = p - (height_m - clear_m) * table_.normal;
+    ++low;
+    seen += sight_.empty(foot - cloud_.sensor_origins.front(), 0);
+  }
+  return 2 * seen < low;
 }
 
 /// True of two parts that end at one height, as a rim's near and far walls do, or where one ends and the

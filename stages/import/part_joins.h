@@ -56,6 +56,7 @@ class PartJoins {
   void join_what_floats();
   int home_of(int name, const Sides& sides) const;
   bool rests_on(int name, int other) const;
+  bool hides_its_foot(int name) const;
   bool end_alike(int name, int other) const;
   Carrier carrier_of(int name, int other, double height_m) const;
   Contact contact_of(int name, int other) const;
