@@ -36,7 +36,8 @@ Vec3 normal_at(const geometry::TriangleMesh& mesh, const std::vector<Vec3>& norm
   return normals[nearest];
 }
 
-std::vector<Pair> opposed_pairs(const PlaceParams& params, const geometry::TriangleMesh& mesh) {
+std::vector<Pair> opposed_pairs(const PlaceParams& params, const geometry::TriangleMesh& mesh,
+                                double widest_m) {
   const auto normals = geometry::vertex_normals(mesh);
   const Vec3 center = geometry::mass_properties(mesh).center;
   const geometry::RayScene scene(mesh, center);
@@ -47,7 +48,8 @@ std::vector<Pair> opposed_pairs(const PlaceParams& params, const geometry::Trian
     const auto v = static_cast<std::size_t>(static_cast<double>(random() >> 11) * 0x1p-53 *
                                             static_cast<double>(normals.size()));
     const auto q = opposite(scene, mesh.vertices[v], normals[v]);
-    if (!q || -normals[v].dot(normal_at(mesh, normals, *q)) < least) continue;
+    if (!q || (*q - mesh.vertices[v]).norm() > widest_m) continue;
+    if (-normals[v].dot(normal_at(mesh, normals, *q)) < least) continue;
     pairs.push_back(
         {mesh.vertices[v], *q, static_cast<int>(v), ((mesh.vertices[v] + *q) / 2 - center).norm()});
   }
@@ -75,11 +77,11 @@ topology::Candidate candidate_of(const Pair& pair, const topology::Scores& score
 }  // namespace
 
 std::vector<topology::Candidate> antipodal_candidates(const PlaceParams& params,
-                                                      const topology::Scores& scores) {
+                                                      const topology::Scores& scores, double widest_m) {
   std::vector<topology::Candidate> candidates;
   std::vector<Vec3> taken;
   if (scores.mesh.triangles.empty()) return candidates;
-  for (const Pair& pair : opposed_pairs(params, scores.mesh)) {
+  for (const Pair& pair : opposed_pairs(params, scores.mesh, widest_m)) {
     if (static_cast<int>(taken.size()) == params.antipodal_places) break;
     const Vec3 middle = (pair.p + pair.q) / 2;
     if (std::any_of(taken.begin(), taken.end(), [&](const Vec3& p) { return (p - middle).norm() < apart_m; }))

@@ -1,6 +1,7 @@
 #include "stages/place/gripper.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace geocage::stages {
 
@@ -53,7 +54,13 @@ std::optional<Gripper> gripper_of(const hands::Hand& hand) {
   // Opposite and equally fast, up to the rounding of the axes in the URDF.
   if (gripper.closing_H.norm() < 0.5 || (gripper.closing_H + way(second)).norm() > 1e-6) return std::nullopt;
   gripper.closing_H.normalize();
-  for (const auto& [a, b, radius_m] : hands::placed_capsules(hand, Pose::Identity(), hand.open_rad))
+  const auto open = hands::placed_capsules(hand, Pose::Identity(), hand.open_rad);
+  gripper.opening_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < open.size(); ++i)
+    for (std::size_t j = 0; j < open.size(); ++j)
+      if (belongs(first, hand.capsules[i].link) && belongs(second, hand.capsules[j].link))
+        gripper.opening_m = std::min(gripper.opening_m, hands::capsule_gap_m(open[i], open[j]));
+  for (const auto& [a, b, radius_m] : open)
     for (const Vec3& end : {a, b})
       gripper.reach_m = std::max(gripper.reach_m, (end - hand.palm_H).dot(hand.approach_H) + radius_m);
   return gripper;

@@ -13,6 +13,7 @@ struct Gripper {
   geometry::Vec3 closing_H =
       geometry::Vec3::Zero();  ///< unit: the way the first finger closes, the second the opposite
   double reach_m = 0;          ///< of the fingers, beyond the palm's surface
+  double opening_m = 0;        ///< between the open fingers
 };
 
 /// Nothing for a hand of any other kind.

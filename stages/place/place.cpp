@@ -1,6 +1,7 @@
 #include "stages/place/place.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "pipeline/error.h"
 #include "stages/place/antipodal.h"
@@ -85,15 +86,19 @@ void keep_best(std::vector<hands::Grasp>& grasps, int most, std::map<std::string
 }
 
 /// The candidates whose heuristic is asked for, and those that placing finds itself.
-std::vector<topology::Candidate> candidates_of(const PlaceParams& params, const topology::Scores& scores) {
+std::vector<topology::Candidate> candidates_of(const PlaceParams& params, const topology::Scores& scores,
+                                               const hands::Hand& hand) {
   const auto asked = [&](const std::string& name) {
     return std::find(params.heuristics.begin(), params.heuristics.end(), name) != params.heuristics.end();
   };
   std::vector<topology::Candidate> candidates;
   for (const topology::Candidate& candidate : scores.candidates)
     if (params.heuristics.empty() || asked(candidate.heuristic)) candidates.push_back(candidate);
-  if (asked("antipodal"))
-    for (auto& candidate : antipodal_candidates(params, scores)) candidates.push_back(std::move(candidate));
+  if (!asked("antipodal")) return candidates;
+  const auto gripper = gripper_of(hand);
+  const double widest_m = gripper ? gripper->opening_m : std::numeric_limits<double>::infinity();
+  for (auto& candidate : antipodal_candidates(params, scores, widest_m))
+    candidates.push_back(std::move(candidate));
   return candidates;
 }
 
@@ -105,7 +110,7 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
   if (params.reach_from_m.size() != 3)
     throw pipeline::UserError(pipeline::Fault::configuration, "place.reach_from_m",
                               "is not a list of three numbers");
-  const auto candidates = candidates_of(params, scores);
+  const auto candidates = candidates_of(params, scores, hand);
   const PoseSearch search(params, scores, field, support_cloud.support, occupancy, hand);
   std::vector<CandidatePoses> found(candidates.size());
   std::size_t done = 0;

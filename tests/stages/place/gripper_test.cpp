@@ -1,7 +1,12 @@
+#include "stages/place/gripper.h"
+
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "datasets/shapes.h"
 #include "hands/caging.h"
+#include "stages/place/antipodal.h"
 #include "stages/place/place.h"
 
 namespace geocage::stages {
@@ -65,6 +70,22 @@ TEST(Gripper, HoldsABoxBetweenOppositeFacesWhereverItComesFrom) {
       EXPECT_LT((contacts[0].p_O - contacts[1].p_O).tail<2>().norm(), 0.0375) << "opposite, within a pad";
     }
   }
+}
+
+TEST(Gripper, PairsFartherApartThanItsJawsOpenAreLeftOut) {
+  const auto gripper = gripper_of(hands::load_hand("parallel_2f"));
+  ASSERT_TRUE(gripper);
+  EXPECT_NEAR(gripper->opening_m, 2 * pad_m, 1e-9);
+  topology::Scores scores;
+  scores.mesh = datasets::box(Vec3(width_m, 0.1, 0.12), 8);  // only the width fits
+  PlaceParams params;
+  params.antipodal_places = 1000;
+  const auto across = [](const topology::Candidate& c) { return std::abs(c.axis_O.cross(c.n_O).x()) > 0.5; };
+  const auto all = antipodal_candidates(params, scores, 1);
+  EXPECT_FALSE(std::all_of(all.begin(), all.end(), across)) << "without the bound, other faces are paired";
+  const auto fit = antipodal_candidates(params, scores, gripper->opening_m);
+  ASSERT_FALSE(fit.empty());
+  EXPECT_TRUE(std::all_of(fit.begin(), fit.end(), across));
 }
 
 }  // namespace
