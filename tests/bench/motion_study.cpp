@@ -1,7 +1,7 @@
 // Approaches of placed grasps, by this project's planner and by RRT-Connect with shortcuts to the open and to
 // the closed hand, all under the same checker and the same certificate, in one run:
 //   motion_study FOLDER OUT.csv [--floating N] [--arm N] [--winding N] [--only a,b] [--seconds S] [--search
-//   aico]
+//   aico] [--hand NAME]
 // Grasps of every mesh of the folder come from remesh, balls, score and place. A problem is a grasp and a
 // start 0.3 m away in a random direction, turned by up to 0.8 rad, hand open; with the arm the start is what
 // the arm reaches of that. One CSV line a problem and planner; tables on stdout. CPU times are of this
@@ -25,6 +25,7 @@
 #include "motion/reach.h"
 #include "motion/tasks/self_clearance.h"
 #include "motion/tasks/winding.h"
+#include "motion/tasks/writhe.h"
 #include "motion/timing.h"
 #include "pipeline/error.h"
 #include "reports/statistics.h"
@@ -33,6 +34,7 @@
 #include "stages/remesh/remesh.h"
 #include "stages/score/score.h"
 #include "tests/bench/study_objects.h"
+#include "topology/loops.h"
 
 namespace geocage::bench {
 namespace {
@@ -44,7 +46,7 @@ using motion::Mover;
 using motion::Path;
 
 struct Options {
-  std::string folder, csv;
+  std::string folder, csv, hand = "schunk_sdh";
   int floating = 400, arm = 100, winding = 40;
   double seconds = 1e9;
   bool messages = false;
@@ -62,10 +64,12 @@ Options read_options(int argc, char** argv) {
     std::fprintf(
         stderr,
         "motion_study FOLDER OUT.csv [--floating N] [--arm N] [--winding N] [--only a,b] [--seconds S] "
-        "[--search gauss_newton|aico]\n");
+        "[--search gauss_newton|aico] [--hand NAME]\n");
     std::exit(2);
   }
-  Options o{argv[1], argv[2]};
+  Options o;
+  o.folder = argv[1];
+  o.csv = argv[2];
   for (int i = 3; i + 1 < argc; i += 2) {
     const std::string key = argv[i], value = argv[i + 1];
     if (key == "--floating")
@@ -78,6 +82,8 @@ Options read_options(int argc, char** argv) {
       o.only = split(value);
     else if (key == "--seconds")
       o.seconds = std::stod(value);
+    else if (key == "--hand")
+      o.hand = value;
     else if (key == "--search")
       o.messages = value == "aico";
     else
@@ -91,6 +97,7 @@ struct Object {
   std::string name;
   geometry::SignedDistanceField field;
   std::vector<hands::Grasp> grasps;
+  topology::Polyline ring;  ///< along the tube of the first handle, closed; empty without handles
 };
 
 Object placed_object(const std::string& name, const geometry::TriangleMesh& mesh, const hands::Hand& hand) {
@@ -98,7 +105,15 @@ Object placed_object(const std::string& name, const geometry::TriangleMesh& mesh
   const auto even = stages::remesh({.edge_length_m = 0.004}, run, mesh);
   const auto balls = stages::balls({.radii_m = {hand.ball_radius_m}}, run, even);
   const auto scores = stages::score({}, run, even, balls);
-  Object object{name, geometry::build_distance_field(mesh, {.cells = 64, .pad_m = 0.04, .refine = 3}), {}};
+  Object object{
+      name, geometry::build_distance_field(mesh, {.cells = 64, .pad_m = 0.04, .refine = 3}), {}, {}};
+  for (const topology::SurfaceLoop& loop : topology::handle_loops(even))
+    if (loop.kind == topology::LoopKind::through && object.ring.empty()) {
+      const std::size_t stride = std::max<std::size_t>(1, loop.path.size() / 24);
+      for (std::size_t i = 0; i < loop.path.size(); i += stride) object.ring.push_back(loop.path[i]);
+      object.ring.push_back(loop.path.front());
+    }
+
   stages::PlaceParams params;
   params.min_blocked_share = 0;
   params.max_per_candidate = 2;
@@ -396,24 +411,25 @@ struct Study {
     std::fflush(stdout);
   }
 
-  /// The search alone to the closed hand from a straight line, with and without the fingers' winding numbers
-  /// as a task.
-  void run_winding() {
-    std::printf(
-        "\n| object | problems | without: certified | clearance mm | cost | with winding: certified | "
-        "clearance mm | "
-        "cost |\n|---|---|---|---|---|---|---|---|\n");
+  /// The search alone to the closed hand from a straight line: as it is, with the fingers' winding numbers
+  /// as a task, and with their writhe with the object's ring.
+  void run_topology() {
+    const char* names[] = {"none", "winding", "writhe"};
+    std::printf("\n%s\n| object | task | certified | clearance mm | cost |\n|---|---|---|---|---|\n",
+                options.hand.c_str());
     for (const Object& object : objects) {
       if (object.grasps.empty()) continue;
-      int certified[2] = {0, 0}, count = 0;
-      std::vector<double> clearance[2], cost[2];
+      int certified[3] = {0, 0, 0}, count = 0;
+      std::vector<double> clearance[3], cost[3];
       for (int i = 0; count < options.winding && i < 3 * options.winding; ++i) {
         const auto p = problem(object, false, i);
         if (!p) continue;
         ++count;
-        for (int with : {0, 1}) {
+        for (std::size_t with = 0; with < 3; ++with) {
+          if (with == 2 && object.ring.empty()) continue;
           p->planner->extra_tasks.clear();
-          if (with) add_winding(*p);
+          if (with == 1) add_winding(*p);
+          if (with == 2) add_writhe(*p, object.ring);
           motion::ApproachPlan report;
           const Path path = p->planner->improved(
               {p->goal.start, p->goal.closing.front(), p->goal.closing.back()}, 0.5, report);
@@ -423,12 +439,28 @@ struct Study {
           cost[with].push_back(report.cost);
         }
       }
-      std::printf("| %s | %d |", object.name.c_str(), count);
-      for (int with : {0, 1})
-        std::printf(" %d | %.1f | %.1f |", certified[with], quantile(clearance[with], 0.5),
-                    quantile(cost[with], 0.5));
-      std::printf("\n");
+      for (std::size_t with = 0; with < 3; ++with)
+        if (!cost[with].empty())
+          std::printf("| %s | %s | %d / %d | %.1f | %.1f |\n", object.name.c_str(), names[with],
+                      certified[with], count, quantile(clearance[with], 0.5), quantile(cost[with], 0.5));
       std::fflush(stdout);
+    }
+  }
+
+  /// The sums of each finger's writhe with the ring, from those of the start to those of the grasp.
+  void add_writhe(Problem& p, const topology::Polyline& ring) const {
+    const int T = rule().steps;
+    for (std::size_t f = 0; f < p.mover->hand().fingers.size(); ++f) {
+      const auto chain = motion::chain_of(*p.mover, motion::finger_points(p.mover->hand(), f));
+      const auto task = [&](const motion::TargetOf& target, std::vector<double> precision) {
+        return motion::writhe_task(chain, ring, motion::WritheForm::scalar, target, std::move(precision));
+      };
+      motion::Task now = task(motion::constant_target(VectorXd::Zero(1)), {});
+      VectorXd first, last;
+      now.evaluate(0, p.goal.start, first, nullptr);
+      now.evaluate(0, p.goal.closing.back(), last, nullptr);
+      p.planner->extra_tasks.push_back(
+          task(motion::interpolated_target(first, last, T), motion::constant_precision(T, 10)));
     }
   }
 
@@ -465,7 +497,7 @@ struct Study {
 
 int main_of(int argc, char** argv) {
   const Options options = read_options(argc, argv);
-  const auto hand = hands::load_hand("schunk_sdh");
+  const auto hand = hands::load_hand(options.hand);
   const auto armed = hands::on_arm(hands::load_arm("kuka_lwr4"), hand);
   std::FILE* csv = std::fopen(options.csv.c_str(), "w");
   if (!csv) {
@@ -487,7 +519,7 @@ int main_of(int argc, char** argv) {
   }
   if (options.floating > 0) study.run(false);
   if (options.arm > 0) study.run(true);
-  if (options.winding > 0) study.run_winding();
+  if (options.winding > 0) study.run_topology();
   return std::fclose(csv) == 0 ? 0 : 1;
 }
 
