@@ -2,7 +2,8 @@
 // the true mesh:
 //   cage_steps_study FOLDER [--noise M] [--seeds N] [--grasps N] [--wrenches N] [--hand NAME] [--only a,b]
 //                    [--trials FILE.csv]
-// Each trial runs three times: as it is, at half the step, with twice the iterations. A table of agreements
+// Each trial runs as it is, at half the step, with twice the iterations, and a pull or ring trial without its
+// early end at rest. A table of agreements
 // by kind of trial, and every disagreement by name. --wrenches: seeds of each amplitude (1 and 5 weights).
 // --trials: every trial's outcomes, to compare with those of another build.
 #include <chrono>
@@ -31,7 +32,7 @@ struct Job {
   std::string kind, name;
   std::function<CageTrial(const CageProtocol&)> run;
   CageProtocol protocol;
-  CageTrial base, half, twice;
+  CageTrial base, half, twice, restless;
   double base_s = 0;  ///< processor time
 };
 
@@ -57,6 +58,7 @@ void list_jobs(std::vector<Job>& jobs, const StudyObject& object, const physics:
                       locked->protocol,
                       {},
                       {},
+                      {},
                       {}});
     };
     for (const auto& way : physics::six_directions())
@@ -79,8 +81,8 @@ void list_jobs(std::vector<Job>& jobs, const StudyObject& object, const physics:
 }
 
 struct Counts {
-  int trials = 0, half = 0, twice = 0, errors = 0, lost = 0;
-  double seconds = 0, steps = 0, deepest_m = 0;
+  int trials = 0, half = 0, twice = 0, restless = 0, errors = 0, lost = 0;
+  double seconds = 0, steps = 0, restless_steps = 0, deepest_m = 0;
 };
 
 void print(const std::vector<Job>& jobs) {
@@ -90,12 +92,15 @@ void print(const std::vector<Job>& jobs) {
     ++counts.trials;
     counts.half += job.half.outcome == job.base.outcome;
     counts.twice += job.twice.outcome == job.base.outcome;
+    counts.restless += job.restless.outcome == job.base.outcome;
+    counts.restless_steps += job.restless.steps;
     counts.errors += job.base.outcome == Outcome::error;
     counts.lost += job.base.outcome == Outcome::lost;
     counts.seconds += job.base_s, counts.steps += job.base.steps;
     counts.deepest_m = std::max(counts.deepest_m, job.base.penetration_m);
-    for (const auto& [label, other] :
-         {std::pair{"half step", &job.half}, {"twice the iterations", &job.twice}})
+    for (const auto& [label, other] : {std::pair{"half step", &job.half},
+                                       {"twice the iterations", &job.twice},
+                                       {"without an end at rest", &job.restless}})
       if (other->outcome != job.base.outcome)
         std::printf("- %s: %s at %.2f s (%.1f mm deep), %s: %s at %.2f s (%.1f mm deep)\n", job.name.c_str(),
                     std::string(name(job.base.outcome)).c_str(), job.base.ended_s,
@@ -103,12 +108,14 @@ void print(const std::vector<Job>& jobs) {
                     other->ended_s, 1e3 * other->penetration_m);
   }
   std::printf(
-      "\n| trials | agree at half the step | with twice the iterations | lost | error | deepest mm | "
-      "us/step | trials/s |\n|---|---|---|---|---|---|---|---|\n");
+      "\n| trials | agree at half the step | with twice the iterations | without an end at rest | its steps "
+      "| lost | error | deepest mm | "
+      "us/step | trials/s |\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [kind, c] : kinds)
-    std::printf("| %s: %d | %d = %.1f %% | %d = %.1f %% | %d | %d | %.2f | %.1f | %.1f |\n", kind.c_str(),
-                c.trials, c.half, 100.0 * c.half / c.trials, c.twice, 100.0 * c.twice / c.trials, c.lost,
-                c.errors, 1e3 * c.deepest_m, 1e6 * c.seconds / c.steps, c.trials / c.seconds);
+    std::printf("| %s: %d | %d = %.1f %% | %d = %.1f %% | %d | x %.2f | %d | %d | %.2f | %.1f | %.1f |\n",
+                kind.c_str(), c.trials, c.half, 100.0 * c.half / c.trials, c.twice,
+                100.0 * c.twice / c.trials, c.restless, c.restless_steps / c.steps, c.lost, c.errors,
+                1e3 * c.deepest_m, 1e6 * c.seconds / c.steps, c.trials / c.seconds);
 }
 
 void write(const std::vector<Job>& jobs, const std::string& file) {
@@ -156,6 +163,9 @@ int main(int argc, char** argv) {
     job.base_s = processor_s() - start;
     job.half = job.run(half);
     job.twice = job.run(twice);
+    CageProtocol restless = job.protocol;
+    restless.rest_s = job.protocol.pull_s + 1;
+    job.restless = job.kind == "wrench" ? job.base : job.run(restless);
   }
   print(jobs);
   if (!trials.empty()) write(jobs, trials);
