@@ -83,8 +83,12 @@ TEST(ConvexParts, stay_close_to_the_solid_and_cover_it) {
     for (const ConvexPart& part : parts) covered |= part.contains(p, 1e-9);
     const double distance = torus_distance(p, R, r);
     inside += covered;
-    if (covered) EXPECT_LT(distance, rule.tolerance_m + 0.87 * rule.look_m);
-    if (distance < -5e-4) EXPECT_TRUE(covered) << p.transpose();
+    if (covered) {
+      EXPECT_LT(distance, rule.tolerance_m + 0.87 * rule.look_m);
+    }
+    if (distance < -5e-4) {
+      EXPECT_TRUE(covered) << p.transpose();
+    }
   }
   EXPECT_GT(inside, 1000);
   EXPECT_LT(parts.size(), 100u);
