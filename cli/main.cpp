@@ -75,9 +75,9 @@ class Program {
     return sub;
   }
 
-  CLI::App* flow_command(const char* name, const char* what, std::function<int()> work,
+  CLI::App* flow_command(const char* name, const char* what, const std::function<int()>& work,
                          bool with_slot = false) {
-    CLI::App* sub = command(name, what, std::move(work));
+    CLI::App* sub = command(name, what, work);
     if (with_slot) sub->add_option("SLOT", slot_, "a slot, as `geocage status` lists them")->required();
     sub->add_option("FLOW", run_.flow.file, "flow file (TOML); the built-in flow without it");
     sub->add_option("--dataset", run_.flow.dataset, "a folder of meshes and clouds, or a catalogue name");
