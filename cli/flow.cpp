@@ -372,8 +372,8 @@ class Planner {
             slot(of_hand("reference_score"), stages::score_stage, p.score, reference, clean_balls);
         slot(of_hand("agreement"), stages::agreement_stage, p.agreement, clean_scores, scores);
       }
-      const auto grasps = slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud,
-                               occupancy, hands_[i]);
+      const auto grasps =
+          slot(of_hand("place"), stages::place_stage, place_params, scores, field, cloud, others, hands_[i]);
       const auto ways = slot(of_hand("approach"), stages::approach_stage, p.approach, grasps, field, cloud,
                              others, hands_[i]);
       slot(of_hand("evaluate"), stages::evaluate_stage, evaluate_params, grasps, ways, tested, tested_field,

@@ -7,6 +7,7 @@
 
 #include <octomap/octomap.h>
 
+#include "geometry/median.h"
 #include "pipeline/error.h"
 
 namespace geocage::geometry {
@@ -147,7 +148,7 @@ SignedDistanceField field_of(const Cells& cells, const std::vector<bool>& solid,
   return field;
 }
 
-/// Groups of cells that touch, by a flood over their places in a hash of whole numbers.
+/// Of each cell, how many its group has; cells of a group touch, be it at a corner.
 std::vector<int> group_sizes(const std::vector<Vec3>& centers, double side_m) {
   std::map<std::array<long, 3>, std::size_t> at;
   const auto place = [&](const Vec3& p) {
@@ -197,11 +198,7 @@ Others other_cells(const Occupancy& map, const SignedDistanceField& object, cons
     const double distance = std::abs(object.value(p));
     if (distance < rule.noise_reach_m) off.push_back(distance);
   }
-  if (!off.empty()) {
-    const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-    std::nth_element(off.begin(), middle, off.end());
-    others.deviation_m = 1.4826 * *middle;
-  }
+  others.deviation_m = deviation_of_sizes(std::move(off));
   others.band_m = rule.near_cells * cells.side_m + rule.noise_deviations * others.deviation_m;
   std::vector<Vec3> left;
   for (const Vec3& p : cells.centers_O) {

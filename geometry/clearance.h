@@ -30,7 +30,7 @@ struct OwnRule {
 struct Others {
   std::vector<Vec3> centers_O;  ///< occupied, and neither the object's nor the support's nor stray
   std::size_t of_object = 0, of_support = 0, stray = 0;  ///< cells that were left out, and why
-  double deviation_m = 0;  ///< of the seen points from the surface, 1.4826 times the median distance
+  double deviation_m = 0;  ///< of the seen points from the surface, by the median distance
   double band_m = 0;       ///< cells up to here count as the object's, or the support's
 };
 

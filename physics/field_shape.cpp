@@ -73,26 +73,6 @@ struct Samples {
   double step() const { return 1.0 / last; }
 };
 
-int intervals(double length) {
-  return std::clamp(static_cast<int>(std::ceil(length / sample_m)), 1, Samples::most);
-}
-
-/// Where the field is too large for a contact, the samples that it rules out are skipped: outside its grid it
-/// may rise by 2 m a metre, never faster.
-Samples sample(const AxisLine& line, double reach) {
-  Samples samples;
-  const double length = line.ab.norm();
-  samples.last = intervals(length);
-  std::fill_n(samples.value.begin(), samples.last + 1, std::numeric_limits<double>::infinity());
-  for (int i = 0; i <= samples.last;) {
-    samples.value[i] = line.value(i * samples.step());
-    const double spare = (samples.value[i] - reach) / 2;
-    i += std::max(1,
-                  static_cast<int>(std::min(spare / (length * samples.step() + 1e-12), 1.0 * Samples::most)));
-  }
-  return samples;
-}
-
 /// The deepest are kept: a new contact takes the place of the shallowest one when there is no room.
 void keep(FieldContacts& contacts, const FieldContact& contact) {
   if (contacts.size < FieldContacts::capacity) {
@@ -199,26 +179,26 @@ hands::PlacedCapsule placed(const btCapsuleShape& capsule, const btTransform& X_
 
 FieldContacts field_contacts(const SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
                              double contact_m) {
-  const AxisLine line{field, capsule_O.a, capsule_O.b - capsule_O.a};
-  const double reach = capsule_O.radius_m + contact_m;
-  // Outside its grid the field may rise by 2 m a metre, never faster.
-  if (line.value(0.5) > reach + line.ab.norm()) return {};
-  return contacts_of(line, sample(line, reach), reach);
+  return CapsuleTrack().contacts(field, capsule_O, contact_m);
 }
 
+/// Outside its grid the field may rise by 2 m a metre, never faster: what one sample says rules out its
+/// neighbours, and what it said before the capsule moved.
 FieldContacts CapsuleTrack::contacts(const SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
                                      double contact_m) {
   const AxisLine line{field, capsule_O.a, capsule_O.b - capsule_O.a};
   const double reach = capsule_O.radius_m + contact_m, length = line.ab.norm();
-  if (bound_m_.empty())
-    bound_m_.assign(intervals(length) + 1, -std::numeric_limits<double>::infinity());
-  else  // no point of the axis moves farther than its ends
+  if (samples_ == 0) {
+    samples_ = std::clamp(static_cast<int>(std::ceil(length / sample_m)), 1, Samples::most) + 1;
+    std::fill_n(bound_m_.begin(), samples_, -std::numeric_limits<double>::infinity());
+  } else {  // no point of the axis moves farther than its ends
     way_m_ += std::max((capsule_O.a - a_).norm(), (capsule_O.b - b_).norm());
+  }
   a_ = capsule_O.a, b_ = capsule_O.b;
   if (least_m_ - 2 * way_m_ > reach) return {};
 
   Samples samples;
-  samples.last = static_cast<int>(bound_m_.size()) - 1;
+  samples.last = samples_ - 1;
   const double fall = 2 * length * samples.step();
   double bound = -std::numeric_limits<double>::infinity();  // of the sample's value, from the one before
   least_m_ = std::numeric_limits<double>::infinity();
@@ -250,7 +230,7 @@ void FieldShape::getAabb(const btTransform& X_WB, btVector3& low, btVector3& hig
 CapsuleFieldAlgorithm::CapsuleFieldAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                                              const btCollisionObjectWrapper* link,
                                              const btCollisionObjectWrapper* object)
-    : btActivatingCollisionAlgorithm(info, link, object),
+    : FieldAlgorithm(info, link, object),
       manifold_(m_dispatcher->getNewManifold(link->getCollisionObject(), object->getCollisionObject())) {}
 
 CapsuleFieldAlgorithm::~CapsuleFieldAlgorithm() {
@@ -271,17 +251,10 @@ void CapsuleFieldAlgorithm::processCollision(const btCollisionObjectWrapper* lin
       *result);
 }
 
-btCollisionAlgorithm* CapsuleFieldAlgorithm::Create::CreateCollisionAlgorithm(
-    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* link,
-    const btCollisionObjectWrapper* object) {
-  void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(CapsuleFieldAlgorithm));
-  return new (memory) CapsuleFieldAlgorithm(info, link, object);
-}
-
 LockedHandAlgorithm::LockedHandAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                                          const btCollisionObjectWrapper* first,
                                          const btCollisionObjectWrapper* second)
-    : btActivatingCollisionAlgorithm(info, first, second) {
+    : FieldAlgorithm(info, first, second) {
   const btCollisionObjectWrapper* hand = first->getCollisionShape()->isCompound() ? first : second;
   const auto capsules = static_cast<const btCompoundShape*>(hand->getCollisionShape())->getNumChildShapes();
   tracks_.resize(capsules), manifolds_.resize(capsules);
@@ -320,13 +293,6 @@ void LockedHandAlgorithm::processCollision(const btCollisionObjectWrapper* first
 void LockedHandAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
   for (btPersistentManifold* manifold : manifolds_)
     if (manifold) manifolds.push_back(manifold);
-}
-
-btCollisionAlgorithm* LockedHandAlgorithm::Create::CreateCollisionAlgorithm(
-    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
-    const btCollisionObjectWrapper* second) {
-  void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(LockedHandAlgorithm));
-  return new (memory) LockedHandAlgorithm(info, first, second);
 }
 
 }  // namespace geocage::physics

@@ -61,41 +61,53 @@ FieldContacts field_contacts(const geometry::SignedDistanceField& field,
                              const hands::PlacedCapsule& capsule_O, double contact_m);
 
 /// The same contacts of a capsule that moves, with fewer lookups: a sample of its axis is looked at again
-/// only once the axis has moved by enough for it to come within reach.
+/// only once the axis has moved by enough for it to come within reach. Keeps to one capsule.
 class CapsuleTrack {
  public:
   FieldContacts contacts(const geometry::SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
                          double contact_m);
 
  private:
-  std::vector<double> bound_m_;  ///< of each sample: no value is smaller, plus twice the way until then
-  double least_m_ = 0;           ///< of the bounds
-  double way_m_ = 0;             ///< of the faster end, so far
+  std::array<double, 128> bound_m_;  ///< of each sample: no value is smaller, plus twice the way until then
+  int samples_ = 0;                  ///< 0: nothing was looked at yet
+  double least_m_ = 0;               ///< of the bounds
+  double way_m_ = 0;                 ///< of the faster end, so far
   geometry::Vec3 a_ = geometry::Vec3::Zero(), b_ = geometry::Vec3::Zero();
 };
 
-/// Bullet's narrow phase between a capsule, first, and a FieldShape. The capsules of a link are children of a
+/// Bullet's narrow phase against a FieldShape. Nothing moves fast enough to be looked at between steps.
+class FieldAlgorithm : public btActivatingCollisionAlgorithm {
+ public:
+  using btActivatingCollisionAlgorithm::btActivatingCollisionAlgorithm;
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) final {
+    return 1;
+  }
+
+  template <class Algorithm>
+  struct Creator final : btCollisionAlgorithmCreateFunc {
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* first,
+                                                   const btCollisionObjectWrapper* second) override {
+      return new (info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(Algorithm)))
+          Algorithm(info, first, second);
+    }
+  };
+};
+
+/// Between a capsule, first, and the shape. The capsules of a link are children of a
 /// compound, and Bullet asks with the child first, whichever body comes first. The contacts of a step are a
 /// function of the poses of that step: nothing is cached from the steps before.
-class CapsuleFieldAlgorithm final : public btActivatingCollisionAlgorithm {
+class CapsuleFieldAlgorithm final : public FieldAlgorithm {
  public:
+  using Create = Creator<CapsuleFieldAlgorithm>;
   CapsuleFieldAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                         const btCollisionObjectWrapper* link, const btCollisionObjectWrapper* object);
   ~CapsuleFieldAlgorithm() override;
 
   void processCollision(const btCollisionObjectWrapper* link, const btCollisionObjectWrapper* object,
                         const btDispatcherInfo&, btManifoldResult* result) override;
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1;
-  }
   void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
-
-  struct Create final : btCollisionAlgorithmCreateFunc {
-    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                   const btCollisionObjectWrapper* link,
-                                                   const btCollisionObjectWrapper* object) override;
-  };
 
  private:
   btPersistentManifold* manifold_;
@@ -103,25 +115,16 @@ class CapsuleFieldAlgorithm final : public btActivatingCollisionAlgorithm {
 
 /// The same between a compound of capsules that never move, in either order, and one FieldShape: without the
 /// compound's tree and boxes, and with a track of each capsule.
-class LockedHandAlgorithm final : public btActivatingCollisionAlgorithm {
+class LockedHandAlgorithm final : public FieldAlgorithm {
  public:
+  using Create = Creator<LockedHandAlgorithm>;
   LockedHandAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
                       const btCollisionObjectWrapper* second);
   ~LockedHandAlgorithm() override;
 
   void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                         const btDispatcherInfo&, btManifoldResult* result) override;
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1;
-  }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
-
-  struct Create final : btCollisionAlgorithmCreateFunc {
-    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                   const btCollisionObjectWrapper* first,
-                                                   const btCollisionObjectWrapper* second) override;
-  };
 
  private:
   std::vector<CapsuleTrack> tracks_;

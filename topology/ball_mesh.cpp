@@ -48,8 +48,8 @@ BallMesh::BallMesh(const TriangleMesh& mesh) : count(static_cast<int>(mesh.verti
   order_triangles(mesh);
   join_half_edges();
   link_vertices();
-  std::vector<int>().swap(outgoing);
-  std::vector<int>().swap(outgoing_start);
+  std::vector<int>().swap(outgoing_);
+  std::vector<int>().swap(outgoing_start_);
 }
 
 void BallMesh::order_vertices(const TriangleMesh& mesh) {
@@ -97,20 +97,20 @@ void BallMesh::order_triangles(const TriangleMesh& mesh) {
 
 void BallMesh::join_half_edges() {
   const int total = static_cast<int>(half_edges.size());
-  outgoing_start.assign(count + 1, 0);
-  for (const HalfEdge& h : half_edges) ++outgoing_start[h.from + 1];
-  std::partial_sum(outgoing_start.begin(), outgoing_start.end(), outgoing_start.begin());
-  outgoing.resize(half_edges.size());
-  std::vector<int> place(outgoing_start.begin(), outgoing_start.end() - 1);
-  for (int h = 0; h < total; ++h) outgoing[place[half_edges[h].from]++] = h;
+  outgoing_start_.assign(count + 1, 0);
+  for (const HalfEdge& h : half_edges) ++outgoing_start_[h.from + 1];
+  std::partial_sum(outgoing_start_.begin(), outgoing_start_.end(), outgoing_start_.begin());
+  outgoing_.resize(half_edges.size());
+  std::vector<int> place(outgoing_start_.begin(), outgoing_start_.end() - 1);
+  for (int h = 0; h < total; ++h) outgoing_[place[half_edges[h].from]++] = h;
 
   std::vector<double> lengths_m(half_edges.size());
 #pragma omp parallel for schedule(static)
   for (int h = 0; h < total; ++h) {
     const int from = half_edges[h].from, to = half_edges[after(h)].from;
     int other = -1;
-    for (int i = outgoing_start[to]; i < outgoing_start[to + 1]; ++i)
-      if (half_edges[after(outgoing[i])].from == from) other = outgoing[i];
+    for (int i = outgoing_start_[to]; i < outgoing_start_[to + 1]; ++i)
+      if (half_edges[after(outgoing_[i])].from == from) other = outgoing_[i];
     half_edges[before(h)].exits[0] = other;  // h is the next side of its triangle
     half_edges[after(h)].exits[1] = other;   // and the second next of another
     lengths_m[h] = (position(from) - position(to)).norm();
@@ -149,9 +149,9 @@ void BallMesh::link_vertices() {
   link_start.assign(static_cast<std::size_t>(count) + 1, 0);
 #pragma omp parallel for schedule(static)
   for (int v = 0; v < count; ++v) {
-    int n = outgoing_start[v + 1] - outgoing_start[v];
-    for (int i = outgoing_start[v]; i < outgoing_start[v + 1]; ++i)
-      if (twin(outgoing[i]) < 0) n += 2;  // an open fan's last neighbour, and the gap
+    int n = outgoing_start_[v + 1] - outgoing_start_[v];
+    for (int i = outgoing_start_[v]; i < outgoing_start_[v + 1]; ++i)
+      if (twin(outgoing_[i]) < 0) n += 2;  // an open fan's last neighbour, and the gap
     link_start[v + 1] = n;
   }
   std::partial_sum(link_start.begin(), link_start.end(), link_start.begin());
@@ -176,9 +176,9 @@ void BallMesh::link_vertices() {
         add(count, -1, 0);
       }
     };
-    for (int i = outgoing_start[v]; i < outgoing_start[v + 1]; ++i)
-      if (twin(outgoing[i]) < 0) fan(outgoing[i]);  // open fans begin at their border
-    for (int i = outgoing_start[v]; i < outgoing_start[v + 1]; ++i) fan(outgoing[i]);
+    for (int i = outgoing_start_[v]; i < outgoing_start_[v + 1]; ++i)
+      if (twin(outgoing_[i]) < 0) fan(outgoing_[i]);  // open fans begin at their border
+    for (int i = outgoing_start_[v]; i < outgoing_start_[v + 1]; ++i) fan(outgoing_[i]);
   }
 }
 

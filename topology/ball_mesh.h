@@ -51,7 +51,7 @@ struct BallMesh {
  private:
   static int after(int half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
   static int before(int half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
-  std::vector<int> outgoing_start, outgoing;  ///< half-edges that leave each vertex, while it is built
+  std::vector<int> outgoing_start_, outgoing_;  ///< half-edges that leave each vertex, while it is built
   void order_vertices(const geometry::TriangleMesh& mesh);
   void order_triangles(const geometry::TriangleMesh& mesh);
   void join_half_edges();

@@ -1,9 +1,9 @@
 #include "topology/balls.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "geometry/median.h"
 #include "topology/lane_balls.h"
 #include "topology/plain_balls.h"
 
@@ -41,10 +41,7 @@ std::vector<double> angle_defects_rad(const TriangleMesh& mesh) {
 }
 
 double median_share(const BallFields& ball, double surface_area_m2) {
-  std::vector<double> areas = ball.ball_area_m2;
-  const auto middle = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() / 2);
-  std::nth_element(areas.begin(), middle, areas.end());
-  return *middle / surface_area_m2;
+  return geometry::median(ball.ball_area_m2) / surface_area_m2;
 }
 
 BallSet ball_fields(const TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,

@@ -63,7 +63,7 @@ bool principal_axis(const Eigen::Matrix3d& s, double guard, Vec3& axis) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
       s);  // two roots nearly the same: the slow, safe way
-  const Vec3 values = solver.eigenvalues();
+  const Vec3& values = solver.eigenvalues();
   axis = solver.eigenvectors().col(2);
   return values[2] > 0 && values[2] >= guard * values[1];
 }
@@ -123,7 +123,9 @@ struct Job {
   }
 
   /// Edges longer than the largest radius count as long as that: a plain search decides what they reach.
-  static std::uint32_t quanta(double x) { return static_cast<std::uint32_t>(std::min(x, 0x1p30) + 0.5); }
+  static std::uint32_t quanta(double x) {
+    return static_cast<std::uint32_t>(std::lround(std::min(x, 0x1p30)));
+  }
 };
 
 /// One thread's desk: the balls of a patch.

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/median.h"
 #include "hands/arm.h"
 #include "hands/closing.h"
 #include "motion/approach.h"
@@ -349,12 +350,6 @@ Pose best_placement(const ApproachParams& params, const Scene& scene, const hand
   return placement(params, scene, static_cast<int>(best));
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 void report(const motion::TrajectorySet& set, pipeline::Run& run) {
   int by_search = 0, by_script = 0, by_rrt = 0;
   std::vector<double> clearances, durations, lengths;
@@ -371,9 +366,9 @@ void report(const motion::TrajectorySet& set, pipeline::Run& run) {
   run.metric("planned_by_script", by_script);
   run.metric("planned_by_rrt_connect", by_rrt);
   run.metric("no_path", static_cast<double>(set.trajectories.size()) - by_search - by_script - by_rrt);
-  run.metric("median_clearance_m", median(clearances));
-  run.metric("median_duration_s", median(durations));
-  run.metric("median_length", median(lengths));
+  run.metric("median_clearance_m", geometry::median(clearances));
+  run.metric("median_duration_s", geometry::median(durations));
+  run.metric("median_length", geometry::median(lengths));
 }
 
 }  // namespace

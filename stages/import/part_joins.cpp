@@ -7,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "geometry/depth_camera.h"
+#include "geometry/median.h"
 
 namespace geocage::stages {
 
@@ -85,17 +86,14 @@ Vec3 normal_of(const std::vector<Vec3>& points) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
 }
 
-/// How far points lie from a plane of this normal: the deviation that half of them has (of normal
-/// numbers, 1.48 times the middle distance), so that a few points of something else don't count.
+/// How far points lie from a plane of this normal; a few points of something else don't count.
 double unevenness_m(const std::vector<Vec3>& points, const Vec3& normal) {
   std::vector<double> height;
+  height.reserve(points.size());
   for (const Vec3& p : points) height.push_back(normal.dot(p));
-  const auto middle = height.begin() + static_cast<long>(height.size() / 2);
-  std::nth_element(height.begin(), middle, height.end());
-  const double at = *middle;
+  const double at = geometry::median(height);
   for (double& h : height) h = std::abs(h - at);
-  std::nth_element(height.begin(), middle, height.end());
-  return 1.4826 * *middle;
+  return geometry::deviation_of_sizes(std::move(height));
 }
 
 int most_touched(const std::map<int, int>& sides) {

@@ -9,6 +9,8 @@
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/segmentation/supervoxel_clustering.h>
 
+#include "geometry/median.h"
+
 namespace geocage::stages {
 
 using geometry::Vec3;
@@ -90,9 +92,7 @@ double median_gap_m(const std::vector<Vec3>& points, const std::vector<std::vect
   std::vector<double> gaps;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!near[i].empty()) gaps.push_back((points[i] - points[near[i].front()]).norm());
-  if (gaps.empty()) return 0;
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<long>(gaps.size() / 2), gaps.end());
-  return gaps[gaps.size() / 2];
+  return geometry::median(std::move(gaps));
 }
 
 std::vector<Border> borders_of(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& near,

@@ -49,8 +49,6 @@ void PlaceParams::visit(pipeline::Fields& fields) {
          "largest distance of the centre of mass from the approach line");
   fields("min_observed", min_observed, {0, 1},
          "how surely the surface at a candidate must have been observed");
-  fields("occupied_clearance_m", occupied_clearance_m, {0, 1},
-         "known occupied cells nearer to the surface or the support than this are theirs");
   fields("max_reach_m", max_reach_m, {0, 100},
          "farthest that the hand's base may be from reach_from_m; 0: no limit");
   fields("reach_from_m", reach_from_m, {-100, 100}, "where an arm stands, x y z in the object's frame");
@@ -106,12 +104,12 @@ std::vector<topology::Candidate> candidates_of(const PlaceParams& params, const 
 
 hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topology::Scores& scores,
                       const geometry::SignedDistanceField& field, const geometry::PointCloud& support_cloud,
-                      const geometry::Occupancy& occupancy, const hands::Hand& hand) {
+                      const geometry::SignedDistanceField& others, const hands::Hand& hand) {
   if (params.reach_from_m.size() != 3)
     throw pipeline::UserError(pipeline::Fault::configuration, "place.reach_from_m",
                               "is not a list of three numbers");
   const auto candidates = candidates_of(params, scores, hand);
-  const PoseSearch search(params, scores, field, support_cloud.support, occupancy, hand);
+  const PoseSearch search(params, scores, field, support_cloud.support, others, hand);
   std::vector<CandidatePoses> found(candidates.size());
   std::size_t done = 0;
 #pragma omp parallel for schedule(dynamic, 1)

@@ -5,7 +5,6 @@
 
 #include "geometry/cloud.h"
 #include "geometry/distance_field.h"
-#include "geometry/occupancy.h"
 #include "hands/grasp.h"
 #include "pipeline/stage.h"
 #include "topology/scores.h"
@@ -34,7 +33,6 @@ struct PlaceParams {
   double max_lift_m = 0.05;
   double max_com_offset_m = 0.03;
   double min_observed = 0.1;
-  double occupied_clearance_m = 0.015;
   double max_reach_m = 0;
   std::vector<double> reach_from_m = {0, 0, 0};
   int min_fingers = 3;
@@ -56,12 +54,13 @@ struct PlaceParams {
 /// and keeps the poses that pass all rules: the best `max_per_candidate` of each candidate, the best
 /// `max_grasps` of all (stages/place/README.md). What is kept is measured. Every other pose is
 /// counted under the rule that turned it down, so poses = grasps + rejected. No grasp is a result, not an
-/// error. `support_cloud` lends its support plane; without one the object floats. `occupancy` without a tree
-/// forbids nothing. A net of points is laid over each candidate's ball instead. O(poses x closing).
+/// error. `support_cloud` lends its support plane; without one the object floats. `others` is what else is in
+/// the way (stage clearance); without nodes it forbids nothing. A net of points is laid over each candidate's
+/// ball instead. O(poses x closing).
 hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topology::Scores& scores,
                       const geometry::SignedDistanceField& field, const geometry::PointCloud& support_cloud,
-                      const geometry::Occupancy& occupancy, const hands::Hand& hand);
+                      const geometry::SignedDistanceField& others, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage place_stage{"place", 4, &place};
+inline constexpr pipeline::Stage place_stage{"place", 5, &place};
 
 }  // namespace geocage::stages

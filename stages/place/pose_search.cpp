@@ -64,12 +64,13 @@ std::map<std::string, double> origin_of(const topology::Candidate& candidate, co
 
 PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores,
                        const geometry::SignedDistanceField& field,
-                       const std::optional<geometry::Plane>& support, const geometry::Occupancy& occupancy,
-                       const hands::Hand& hand)
+                       const std::optional<geometry::Plane>& support,
+                       const geometry::SignedDistanceField& others, const hands::Hand& hand)
     : params_(params),
       scores_(scores),
       field_(field),
       support_(support),
+      others_(others),
       hand_(hand),
       rule_(rule_of(params)),
       gripper_(gripper_of(hand)),
@@ -79,12 +80,6 @@ PoseSearch::PoseSearch(const PlaceParams& params, const topology::Scores& scores
   if (params.measures && geometry::check_mesh(scores.mesh).euler < 2)
     for (topology::SurfaceLoop& loop : topology::handle_loops(scores.mesh))
       handles_O_.push_back(std::move(loop.path));
-  const geometry::OccupiedCells cells = geometry::occupied_cells(occupancy);
-  obstacle_m_ = cells.side_m / 2;
-  for (const Vec3& p : cells.centers_O)
-    if (field.value(p) > params.occupied_clearance_m &&
-        (!support || support->height_m(p) > params.occupied_clearance_m))
-      obstacles_O_.push_back(p);
   const auto moves = [&](int link) {
     return std::any_of(hand.fingers.begin(), hand.fingers.end(), [&](const hands::Finger& finger) {
       return std::find(finger.links.begin(), finger.links.end(), link) != finger.links.end();
@@ -193,10 +188,8 @@ double PoseSearch::lowest_m(const std::vector<Eigen::VectorXd>& postures, const 
 }
 
 bool PoseSearch::meets_obstacle(const std::vector<PlacedCapsule>& placed) const {
-  return std::any_of(obstacles_O_.begin(), obstacles_O_.end(), [&](const Vec3& p) {
-    const PlacedCapsule cell{p, p, obstacle_m_};
-    return std::any_of(placed.begin(), placed.end(),
-                       [&](const PlacedCapsule& capsule) { return hands::capsule_gap_m(cell, capsule) < 0; });
+  return !others_.coarse.empty() && std::any_of(placed.begin(), placed.end(), [&](const auto& capsule) {
+    return hands::capsule_distance(others_, capsule).distance_m < 0;
   });
 }
 

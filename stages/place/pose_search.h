@@ -23,7 +23,7 @@ class PoseSearch {
  public:
   PoseSearch(const PlaceParams& params, const topology::Scores& scores,
              const geometry::SignedDistanceField& field, const std::optional<geometry::Plane>& support,
-             const geometry::Occupancy& occupancy, const hands::Hand& hand);
+             const geometry::SignedDistanceField& others, const hands::Hand& hand);
 
   /// Tries every pose of a candidate.
   CandidatePoses search(const topology::Candidate& candidate) const;
@@ -61,14 +61,13 @@ class PoseSearch {
   const topology::Scores& scores_;
   const geometry::SignedDistanceField& field_;
   const std::optional<geometry::Plane>& support_;
+  const geometry::SignedDistanceField& others_;
   const hands::Hand& hand_;
   hands::ClosingRule rule_;
   std::optional<Gripper> gripper_;
   geometry::Vec3 center_of_mass_O_;
   double torque_length_m_ = 0;                 ///< largest distance of the surface from the centre of mass
   std::vector<topology::Polyline> handles_O_;  ///< loops around the object's handles and through their holes
-  std::vector<geometry::Vec3> obstacles_O_;    ///< centres of known occupied cells that are not the object's
-  double obstacle_m_ = 0;                      ///< half a cell's side
   std::vector<int> base_;                      ///< capsules that no finger's joint moves: palm and knuckles
   double far_m_ = 0;  ///< the base is free of the object when the palm is that far from a surface point
 };

@@ -42,7 +42,7 @@ geometry::Pose own_frame(const std::vector<Vec3>& points) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Vec3& p : points) scatter += (p - mean) * (p - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(scatter);
-  const Vec3 size = moments.eigenvalues();
+  const Vec3& size = moments.eigenvalues();
   const bool low = size[1] - size[0] > least_gap * size[2], high = size[2] - size[1] > least_gap * size[2];
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // columns: of C, in O
   if (low || high) {

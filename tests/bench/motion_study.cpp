@@ -113,7 +113,6 @@ Object placed_object(const std::string& name, const geometry::TriangleMesh& mesh
       for (std::size_t i = 0; i < loop.path.size(); i += stride) object.ring.push_back(loop.path[i]);
       object.ring.push_back(loop.path.front());
     }
-
   stages::PlaceParams params;
   params.min_blocked_share = 0;
   params.max_per_candidate = 2;

@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "geometry/median.h"
 #include "geometry/mesh_files.h"
 #include "pipeline/error.h"
 #include "pipeline/worker.h"
@@ -39,13 +40,6 @@ TriangleMesh read_scaled(const fs::path& file) {
   }
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 void print_table(const std::vector<Row>& rows) {
   fmt::print(
       "| defect | runs | untouched | repaired | wrapped | rejected | bad | seconds median, most | "
@@ -67,7 +61,8 @@ void print_table(const std::vector<Row>& rows) {
     };
     fmt::print("| {} | {} | {} | {} | {} | {} | {} | {:.2f}, {:.2f} | {:.2f}, {:.2f} |\n", mutator.name,
                seconds.size(), count["untouched"], count["repaired"], count["wrapped"], count["rejected"],
-               bad, median(seconds), most(seconds), median(moved), most(moved));
+               bad, geocage::geometry::median(seconds), most(seconds), geocage::geometry::median(moved),
+               most(moved));
   }
 }
 

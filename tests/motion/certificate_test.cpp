@@ -64,12 +64,14 @@ TEST_F(CertificateTest, TheFieldBoundIsBelowTheDistanceAndNotFarBelow) {
   double over = -1, slack = 0;
   int counted = 0;
   const DistanceBound known(field_);
-  // The ball touches its own box only, and nodes are 4 mm apart: at most 0.2 mm is lost of 40 mm of padding.
+  // The ball touches its own box only, and nodes are 4 mm apart: a node's distance is at most 0.1 mm more
+  // than the face's least, and the bound takes 0.1 mm off that, of 40 mm of padding. The mesh lies within the
+  // ball by a sag of 0.05 mm.
   for (int i = 0; i < 3; ++i) {
     EXPECT_LE(known.low_O()[i], -radius_m + 5e-5);
-    EXPECT_GE(known.low_O()[i], -radius_m - 5e-4);
+    EXPECT_GE(known.low_O()[i], -radius_m - 2.5e-4);
     EXPECT_GE(known.high_O()[i], radius_m - 5e-5);
-    EXPECT_LE(known.high_O()[i], radius_m + 5e-4);
+    EXPECT_LE(known.high_O()[i], radius_m + 2.5e-4);
   }
   for (int i = 0; i < 2000; ++i) {
     const Vec3 p(place(random), place(random), place(random));

@@ -7,6 +7,7 @@
 #include <omp.h>
 
 #include "datasets/shapes.h"
+#include "geometry/clearance.h"
 #include "geometry/mesh_files.h"
 #include "tests/pipeline/scratch_folder.h"
 
@@ -23,7 +24,7 @@ struct Scene {
   topology::Scores scores;
   geometry::SignedDistanceField field;
   geometry::PointCloud cloud;
-  geometry::Occupancy occupancy;
+  geometry::SignedDistanceField others;
   hands::Hand hand = hands::load_hand("schunk_sdh");
   pipeline::Run run;
 
@@ -45,7 +46,7 @@ struct Scene {
   }
 
   hands::GraspSet place(const PlaceParams& params = {}) {
-    return stages::place(params, run, scores, field, cloud, occupancy, hand);
+    return stages::place(params, run, scores, field, cloud, others, hand);
   }
 
   std::vector<hands::PlacedCapsule> capsules(const hands::Grasp& grasp,
@@ -233,12 +234,12 @@ TEST(Place, RefusesOccupiedSpaceUnseenSurfaceAndWhatIsOutOfReach) {
   ASSERT_FALSE(free.grasps.empty());
   geometry::PointCloud post;  // a rod along the approach, where the palm would be
   for (int i = 0; i < 40; ++i) post.points.emplace_back(radius_m + 0.03 + 0.0025 * i, 0, 0);
-  scene.occupancy = geometry::map_of_rays(post, 0.005);
+  scene.others = geometry::clearance_field(geometry::map_of_rays(post, 0.005), {});
   auto refused = scene.place(everything());
   EXPECT_TRUE(refused.grasps.empty());
   EXPECT_EQ(refused.rejected.at("meets known occupied space"), static_cast<int>(free.grasps.size()));
   for (Vec3& p : post.points) p.x() = -0.5;  // and far away
-  scene.occupancy = geometry::map_of_rays(post, 0.005);
+  scene.others = geometry::clearance_field(geometry::map_of_rays(post, 0.005), {});
   EXPECT_EQ(scene.place(everything()).grasps.size(), free.grasps.size());
 
   scene.scores.mesh.observed.assign(scene.scores.mesh.vertices.size(), 0.05);

@@ -6,6 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "geometry/median.h"
 #include "geometry/pose.h"
 
 namespace geocage::tests {
@@ -38,11 +39,6 @@ inline double residual_rms(const Points& points) {
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
-inline double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 inline PlaneNoise plane_noise(const Points& points) {
   const auto plane = fitted_plane(points);
   const Eigen::Matrix3d frame = geometry::frame_from_z(plane.normal);
@@ -62,7 +58,7 @@ inline PlaneNoise plane_noise(const Points& points) {
       angle.push_back(best / std::abs(inside[i].z()));
     }
   }
-  return {median(local), residual_rms(points), median(nearest), median(angle),
+  return {geometry::median(local), residual_rms(points), geometry::median(nearest), geometry::median(angle),
           std::acos(std::abs(plane.normal.z()))};
 }
 

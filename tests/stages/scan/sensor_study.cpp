@@ -22,7 +22,7 @@ void print_row(const std::string& what, const tests::Points& from_sensor) {
   std::vector<double> depth;
   for (const Vec3& p : from_sensor) depth.push_back(std::abs(p.z()));
   fmt::print("| {} | {:.0f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", what,
-             noise.incidence_rad * 180 / M_PI, tests::median(depth), 1e3 * noise.local_rms_m,
+             noise.incidence_rad * 180 / M_PI, geometry::median(depth), 1e3 * noise.local_rms_m,
              1e3 * noise.whole_rms_m, 1e3 * noise.spacing_m, 1e3 * noise.spacing_rad);
 }
 
