@@ -1,29 +1,11 @@
 // Derivatives of the writhe matrix, and that asking for them takes no memory.
 #include <array>
-#include <atomic>
-#include <cstdlib>
-#include <new>
 
 #include <gtest/gtest.h>
 
+#include "tests/allocations.h"
 #include "tests/topology/curves.h"
 #include "topology/writhe.h"
-
-namespace {
-std::atomic<long> allocations = 0;
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace geocage::topology {
 namespace {
@@ -258,11 +240,11 @@ TEST_F(ChainAndPole, AsksForNoMemoryOnceItIsMade) {
     field.by_points(weights, first, second);
   };
   ask();  // the answers take their size
-  const long before = allocations;
+  const long before = tests::allocations();
   for (int i = 0; i < 100; ++i) ask();
-  EXPECT_EQ(allocations - before, 0);
+  EXPECT_EQ(tests::allocations() - before, 0);
   const Polyline copy = chain;  // the count counts
-  EXPECT_GT(allocations - before, 0);
+  EXPECT_GT(tests::allocations() - before, 0);
 }
 
 }  // namespace
