@@ -1,7 +1,7 @@
 #include "topology/ball_region.h"
 
 #include <algorithm>
-#include <limits>
+#include <functional>
 
 namespace geocage::topology {
 
@@ -153,6 +153,30 @@ void Region::link_region(const std::uint32_t* weights) {
                           farthest_.data(), weight_.data(), own_.data()};
   for (int ring = 0; ring < rings(); ++ring)
     split_links(input, ring_start_[ring], ring_start_[ring + 1], output);
+}
+
+const std::vector<LengthSearch::Found>& LengthSearch::run(int source, double limit_m) {
+  done_.resize(static_cast<std::size_t>(mesh_.count));
+  for (const Found& f : found_) done_[f.vertex] = 0;
+  found_.clear();
+  heap_.assign(1, {0.0, source});
+  while (!heap_.empty()) {
+    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
+    const Found nearest = heap_.back();
+    heap_.pop_back();
+    if (done_[nearest.vertex]) continue;
+    done_[nearest.vertex] = 1;
+    found_.push_back(nearest);
+    for (int i = mesh_.link_start[nearest.vertex]; i < mesh_.link_start[nearest.vertex + 1]; ++i) {
+      const int w = mesh_.links.neighbour[i];
+      if (w == mesh_.count || done_[w]) continue;
+      const double next = nearest.distance_m + (mesh_.position(nearest.vertex) - mesh_.position(w)).norm();
+      if (next > limit_m) continue;
+      heap_.push_back({next, w});
+      std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+    }
+  }
+  return found_;
 }
 
 RegionView Region::view() const {

@@ -80,4 +80,22 @@ class Region {
   int patch_ = 0;
 };
 
+/// Dijkstra's algorithm in doubles, as PlainSearch adds them up. Keeps its memory: one for each thread.
+class LengthSearch {
+ public:
+  struct Found {
+    double distance_m;
+    int vertex;
+    bool operator>(const Found& other) const { return distance_m > other.distance_m; }
+  };
+  explicit LengthSearch(const BallMesh& mesh) : mesh_(mesh) {}
+  /// All vertices within `limit_m` of the source, by distance.
+  const std::vector<Found>& run(int source, double limit_m);
+
+ private:
+  const BallMesh& mesh_;
+  std::vector<Found> found_, heap_;
+  std::vector<char> done_;
+};
+
 }  // namespace geocage::topology

@@ -61,24 +61,47 @@ HWY_INLINE bool relax(const RegionView& region, Lane* rows, int i, int first, in
   return fresh || !same;
 }
 
-HWY_INLINE void mark(const RegionView& region, std::uint8_t* dirty, int first, int last) {
-  for (int n = first; n < last; ++n) dirty[region.near[n]] = 1;
+/// Row `to` gets the least of itself and row `from` one edge farther; true if it changed.
+template <class Lane>
+HWY_INLINE bool offer(Lane* rows, int from, int to, std::uint32_t weight) {
+  using R = Row<Lane>;
+  const typename R::Tag d;
+  const Lane* source = rows + static_cast<std::ptrdiff_t>(from) * R::in_row;
+  Lane* target = rows + static_cast<std::ptrdiff_t>(to) * R::in_row;
+  hn::Vec<typename R::Tag> least[R::vectors];
+  bool same = true;
+  for (int k = 0; k < R::vectors; ++k) {
+    const auto offered = hn::Load(d, source + k * R::width), old = hn::Load(d, target + k * R::width);
+    if constexpr (sizeof(Lane) == 1)
+      least[k] = hn::Min(old, hn::SaturatedAdd(offered, hn::Set(d, Lane{1})));
+    else
+      least[k] = hn::Min(old, hn::Add(offered, hn::Set(d, weight)));
+    same &= hn::AllTrue(d, hn::Eq(least[k], old));
+  }
+  if (same) return false;
+  for (int k = 0; k < R::vectors; ++k) hn::Store(least[k], d, target + k * R::width);
+  return true;
 }
 
-/// Relaxes what is dirty, upwards and downwards in turn, until nothing is.
+/// What is dirty has changed and not told its neighbours: upwards and downwards in turn, until nothing is.
 template <class Lane>
 void settle(const RegionView& region, Lane* rows, std::uint8_t* dirty) {
-  const auto look = [&](int i) {
-    if (!dirty[i]) return false;
+  bool any = true;
+  const auto tell = [&](int i) {
+    if (!dirty[i]) return;
     dirty[i] = 0;
-    if (relax(region, rows, i, region.start[i], region.start[i + 1]))
-      mark(region, dirty, region.start[i], region.start[i + 1]);
-    return true;
+    for (int n = region.start[i]; n < region.start[i + 1]; ++n) {
+      if (!offer(rows, i, region.near[n], sizeof(Lane) == 1 ? 1 : region.weight[n])) continue;
+      dirty[region.near[n]] = 1;
+      any = true;
+    }
   };
-  for (bool any = true; any;) {
+  while (any) {
     any = false;
-    for (int i = 0; i < region.size; ++i) any |= look(i);
-    for (int i = region.size - 1; any && i >= 0; --i) look(i);
+    for (int i = 0; i < region.size; ++i) tell(i);
+    if (!any) break;
+    any = false;
+    for (int i = region.size - 1; i >= 0; --i) tell(i);
   }
 }
 
@@ -106,12 +129,10 @@ void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::
     const int begin = region.ring_start[ring], end = region.ring_start[ring + 1];
     for (int i = begin; i < end; ++i) relax<Lane, true>(region, rows, i, region.start[i], region.middle[i]);
     for (int i = end - 1; i >= begin; --i)
-      if (relax(region, rows, i, region.middle[i], region.outer[i]))
-        mark(region, dirty, region.middle[i], region.outer[i]);
+      dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.outer[i]));
   }
   for (int i = region.size - 1; i >= 0; --i)
-    if (relax(region, rows, i, region.middle[i], region.start[i + 1]))
-      mark(region, dirty, region.middle[i], region.start[i + 1]);
+    dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.start[i + 1]));
   settle(region, rows, dirty);
 }
 
