@@ -194,7 +194,7 @@ HWY_INLINE std::uint32_t step(const StepInput& input, const std::uint64_t* first
 }
 
 void WalkSections(const StepInput& input, SectionSteps* walks, int count) {
-  constexpr int groups = 2;  // one waits for memory while the other goes on
+  constexpr int groups = 4;  // some wait for memory while others go on
   if (count == 0) return;
   Lanes lanes[groups];
   int next = 0;
@@ -208,8 +208,9 @@ void WalkSections(const StepInput& input, SectionSteps* walks, int count) {
   for (int l = 0; l < width; ++l)
     for (Lanes& group : lanes)
       if (next < count) group.begin(l, walks[next++], first_masks);
-  while ((lanes[0].active | lanes[1].active) != 0)
-    for (Lanes& group : lanes)
+  for (std::uint32_t any = 1; any != 0;) {
+    any = 0;
+    for (Lanes& group : lanes) {
       for (std::uint32_t ended = step(input, first_masks, group); ended; ended &= ended - 1) {
         const int l = std::countr_zero(ended);
         group.end(l);
@@ -218,6 +219,9 @@ void WalkSections(const StepInput& input, SectionSteps* walks, int count) {
         else
           group.idle(l);
       }
+      any |= group.active;
+    }
+  }
 }
 
 }  // namespace HWY_NAMESPACE
