@@ -81,8 +81,8 @@ Path ApproachPlanner::proven_closing(const ApproachGoal& goal) {
     thin.push_back(exact[i]);
     since = 0;
   }
-  if (prove_closing(thin).outcome == Proof::free) return thin;
-  return prove_closing(exact).outcome == Proof::free ? exact : Path();
+  if (prover_.frees(thin, closing_tolerance_)) return thin;
+  return prover_.frees(exact, closing_tolerance_) ? exact : Path();
 }
 
 Path ApproachPlanner::way_of(const ApproachGoal& goal) const {
@@ -100,8 +100,8 @@ Path ApproachPlanner::way_of(const ApproachGoal& goal) const {
 
 std::optional<Path> ApproachPlanner::scripted(const ApproachGoal& goal) {
   const Path way = way_of(goal), steps = respaced(way, rule_.steps);
-  if (prove_free(steps).outcome == Proof::free) return steps;
-  if (prove_free(way).outcome == Proof::free) return way;
+  if (prover_.frees(steps, free_tolerance_)) return steps;
+  if (prover_.frees(way, free_tolerance_)) return way;
   return std::nullopt;
 }
 
@@ -121,7 +121,7 @@ Path ApproachPlanner::straight_closing(const ApproachGoal& goal) {
     x = x.cwiseMax(lower).cwiseMin(upper).cwiseMax(open.cwiseMin(closed)).cwiseMin(open.cwiseMax(closed));
     if (!prover_.posture_free(x, room)) continue;
     const Path path = {x, closed};
-    return prove_closing(path).outcome == Proof::free ? path : Path();
+    return prover_.frees(path, closing_tolerance_) ? path : Path();
   }
   return {};
 }
@@ -150,7 +150,7 @@ std::optional<Path> ApproachPlanner::connected(const ApproachGoal& goal, double 
   const auto free = [&](const VectorXd& x) { return prover_.posture_free(x, room_m); };
   const auto found = rrt_connect(goal.start, goal.closing.front(), lower, upper, free,
                                  {.iterations = rule_.rrt_iterations, .seed = rule_.seed});
-  if (found.path.size() < 2 || prove_free(found.path).outcome != Proof::free) return std::nullopt;
+  if (found.path.size() < 2 || !prover_.frees(found.path, free_tolerance_)) return std::nullopt;
   return found.path;
 }
 
@@ -165,11 +165,12 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
   std::vector<double> margin;  // fades over the last quarter: the grasp itself is near the surface
   for (int t = 0; t <= T; ++t)
     margin.push_back(margin_share * rule_.margin_m * std::min(1.0, 4 * (1 - double(t) / T)));
+  const auto placed = std::make_shared<Mover::Placed>();  // once for both tasks
   problem.tasks.push_back(
-      clearance_task(mover_, obstacles_, margin, constant_precision(T, collision_precision)));
+      clearance_task(mover_, obstacles_, margin, constant_precision(T, collision_precision), placed));
   if (!pairs_.empty() && rule_.self_margin_m > 0)
     problem.tasks.push_back(self_clearance_task(mover_, pairs_, margin_share * rule_.self_margin_m,
-                                                constant_precision(T, collision_precision)));
+                                                constant_precision(T, collision_precision), placed));
   Path answer;
   if (rule_.by_messages) {
     AicoParams params{.max_sweeps = std::min(most_sweeps, rule_.max_sweeps),
@@ -211,15 +212,11 @@ bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* clo
   for (double factor : {1.0, 10.0}) {
     Path smooth = improved(all, factor * rule_.collision_precision, plan);
     if (!within_limits(smooth)) continue;
-    Certificate proof = prove_free(smooth);
-    if (proof.outcome != Proof::free) continue;
+    if (!prover_.frees(smooth, free_tolerance_)) continue;
     // Once on its way it may pull tight: the same with a quarter of the margins. Two sweeps bring most of it.
     Path tight = improved(smooth, factor * rule_.collision_precision, plan, 0.25, 2);
-    if (within_limits(tight) && length_of(tight) < length_of(smooth))
-      if (const Certificate of_tight = prove_free(tight); of_tight.outcome == Proof::free) {
-        smooth = std::move(tight);
-        proof = of_tight;
-      }
+    if (within_limits(tight) && length_of(tight) < length_of(smooth) && prover_.frees(tight, free_tolerance_))
+      smooth = std::move(tight);
     const std::size_t free = smooth.size();
     smooth.insert(smooth.end(), rest.begin() + 1, rest.end());
     const double length = length_of(smooth);
@@ -229,7 +226,6 @@ bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* clo
     plan.closing = closing;
     plan.path = std::move(smooth);
     plan.free = free;
-    plan.proof = proof;
     plan.length = length;
     return true;
   }
@@ -266,15 +262,15 @@ void ApproachPlanner::shorten(ApproachPlan& plan) {
     const Path pieces = respaced(straight, static_cast<int>(path.size() - i) - 1);
     path.resize(i);
     path.insert(path.end(), pieces.begin(), pieces.end());
-    free = i + 1 + static_cast<std::size_t>(prover_.certify(pieces, cut_tolerance_).steps);
+    free = i + 1 + static_cast<std::size_t>(prover_.check(pieces, cut_tolerance_).steps);
     break;
   }
   const double length = length_of(path);
   if (length >= plan.length) return;
   const auto begin = path.begin() + static_cast<std::ptrdiff_t>(free) - 1;
-  const Certificate proof = prove_free(Path(path.begin(), begin + 1));
-  if (proof.outcome != Proof::free || !prover_.frees(Path(begin, path.end()), closing_tolerance_)) return;
-  plan.proof = proof;
+  if (!prover_.frees(Path(path.begin(), begin + 1), free_tolerance_) ||
+      !prover_.frees(Path(begin, path.end()), closing_tolerance_))
+    return;
   plan.path = std::move(path);
   plan.free = free;
   plan.length = length;
@@ -282,7 +278,11 @@ void ApproachPlanner::shorten(ApproachPlan& plan) {
 
 ApproachPlan ApproachPlanner::plan(const ApproachGoal& goal, bool sampling) {
   ApproachPlan plan = found(goal, sampling);
-  if (plan.outcome == ApproachOutcome::planned) shorten(plan);
+  if (plan.outcome != ApproachOutcome::planned) return plan;
+  shorten(plan);
+  const Path free(plan.path.begin(), plan.path.begin() + static_cast<std::ptrdiff_t>(plan.free));
+  plan.proof = prove_free(free);
+  if (plan.proof.outcome != Proof::free) plan.proof = prover_.check(free, free_tolerance_);
   return plan;
 }
 
@@ -309,7 +309,6 @@ ApproachPlan ApproachPlanner::found(const ApproachGoal& goal, bool sampling) {
       plan.closing = "replayed";
       plan.path = way;
       plan.free = way.size();
-      plan.proof = prove_free(way);
       plan.path.insert(plan.path.end(), closing.begin() + 1, closing.end());
       plan.length = plan.seed_length = length_of(plan.path);
     }

@@ -79,6 +79,7 @@ Prover::Prover(const Mover& mover, const Obstacles& obstacles, std::vector<std::
       link = joint.parent_link;
     }
     levers_.push_back(std::move(levers));
+    furthest_m_.push_back(reach);
   }
   reach_m_.resize(static_cast<Eigen::Index>(levers_.size()));
   pair_levers_m_.setZero(static_cast<Eigen::Index>(pairs_.size()), tree.dofs());
@@ -109,15 +110,29 @@ void Prover::look_at(const VectorXd& x) {
   ++answer_.postures;
 }
 
-double Prover::travel_m(int capsule, const VectorXd& change) const {
+double Prover::by_joints_m(int capsule, const VectorXd& change) const {
   const int base = mover_.base_dofs();
-  double by_joints = 0;
+  double moved = 0;
   for (const Lever& lever : levers_[static_cast<std::size_t>(capsule)])
-    by_joints += std::abs(change[base + lever.dof]) * lever.multiplier * lever.reach_m;
+    moved += std::abs(change[base + lever.dof]) * lever.multiplier * lever.reach_m;
+  return moved;
+}
+
+double Prover::by_base_m(const VectorXd& change, double reach_m) const {
+  // |left Jacobian| <= 1, so the base turns by at most |dw|.
+  return Mover::unit_m * change.head<3>().norm() + change.segment<3>(3).norm() * reach_m;
+}
+
+double Prover::travel_m(int capsule, const VectorXd& change) const {
+  const double by_joints = by_joints_m(capsule, change);
   if (!mover_.floats()) return by_joints;
-  // |left Jacobian| <= 1, so the base turns by at most |dw|; what it turns has grown by `by_joints` at most.
-  return Mover::unit_m * change.head<3>().norm() +
-         change.segment<3>(3).norm() * (reach_m_[capsule] + by_joints) + by_joints;
+  return by_joints + by_base_m(change, reach_m_[capsule] + by_joints);  // it grows by what joints move
+}
+
+double Prover::any_travel_m(int capsule, const VectorXd& change) const {
+  const double by_joints = by_joints_m(capsule, change);
+  if (!mover_.floats()) return by_joints;
+  return by_joints + by_base_m(change, furthest_m_[static_cast<std::size_t>(capsule)]);
 }
 
 double Prover::near_travel_m(int capsule, const VectorXd& change) const {
@@ -139,8 +154,7 @@ double Prover::near_travel_m(int capsule, const VectorXd& change) const {
     beyond += turn * lever.reach_m;
   }
   if (!mover_.floats()) return by_joints;
-  return Mover::unit_m * change.head<3>().norm() +
-         change.segment<3>(3).norm() * (reach_m_[capsule] + by_joints) + by_joints;
+  return by_joints + by_base_m(change, reach_m_[capsule] + by_joints);
 }
 
 /// A lower bound of the distance along the axis; pieces are halved until they reach `need_m` or can't.
@@ -180,6 +194,10 @@ void Prover::note(int capsule, const Seen& seen, double at) {
   answer_.other = seen.other;
 }
 
+double Prover::wanted_m(double allowed_m) const {
+  return measure_ ? std::max(allowed_m, seen_m_ - rule_.resolution_m) : allowed_m;
+}
+
 void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, double half,
                    const std::vector<int>& open, const std::vector<double>& tolerance_m) {
   look_at(from + middle * step);
@@ -187,8 +205,7 @@ void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, do
   std::vector<int> left;
   for (int i : open) {
     const auto link = static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(i)].link);
-    const double allowed = -tolerance_m[link],
-                 wanted = measure_ ? std::max(allowed, seen_m_ - rule_.resolution_m) : allowed;
+    const double allowed = -tolerance_m[link], wanted = wanted_m(allowed);
     double travel = travel_m(i, change);
     Seen seen;
     double least = at_least_m(i, wanted + travel, seen);
@@ -201,6 +218,7 @@ void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, do
     least -= travel;
     if (least >= wanted) {
       proven_m_ = std::min(proven_m_, least);
+      if (half == 0.5) known_m_[i] = least;
       continue;
     }
     at_least_m(i, allowed, seen);  // the search above ended at the first point below what it wanted
@@ -258,31 +276,45 @@ void Prover::prove_pairs(const std::vector<VectorXd>& path, const std::vector<do
   if (pairs_.empty() || path.empty()) return;
   // Gaps are looked at only where what is known of them has been travelled up: a lower bound is as good.
   std::vector<double> known(pairs_.size());
+  std::vector<std::size_t> seen_at(pairs_.size(), 0), open;  // `known` is the gap itself at this waypoint
+  std::vector<double> here;
+  VectorXd travel(pair_levers_m_.rows());
   look_at(path.front());
   for (std::size_t k = 0; k < pairs_.size(); ++k) known[k] = pair_gap_m(k);
+  const auto link = [&](int capsule) {
+    return static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(capsule)].link);
+  };
+  const auto allowed = [&](std::size_t k) {
+    return std::min(0.0, -std::min(tolerance_m[link(pairs_[k].first)], tolerance_m[link(pairs_[k].second)]));
+  };
   for (std::size_t t = 0; t + 1 < path.size(); ++t) {
-    const VectorXd change = path[t + 1] - path[t];
+    travel.noalias() = pair_levers_m_ * (path[t + 1] - path[t]).tail(pair_levers_m_.cols()).cwiseAbs();
+    open.clear();
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const auto link = [&](int capsule) {
-        return static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(capsule)].link);
-      };
-      const double allowed =
-          std::min(0.0, -std::min(tolerance_m[link(pairs_[k].first)], tolerance_m[link(pairs_[k].second)]));
-      const double travel = pair_travel_m(k, change);
-      if (known[k] - travel >= std::max(allowed, rule_.resolution_m)) {
-        known[k] -= travel;
-        answer_.self_clearance_m = std::min(answer_.self_clearance_m, known[k]);
+      const double least = known[k] - travel[static_cast<Eigen::Index>(k)];
+      if (least < rule_.resolution_m) {
+        open.push_back(k);
         continue;
       }
+      known[k] = least;
+      answer_.self_clearance_m = std::min(answer_.self_clearance_m, least);
+    }
+    if (open.empty()) continue;
+    if (std::any_of(open.begin(), open.end(), [&](std::size_t k) { return seen_at[k] != t; })) {
       look_at(path[t]);
-      const double here = pair_gap_m(k);
-      look_at(path[t + 1]);
-      const double there = pair_gap_m(k);
-      const double least = prove_pair(k, path[t], path[t + 1], here, there, allowed, static_cast<double>(t),
-                                      static_cast<double>(t) + 1, rule_.bisections);
+      for (std::size_t k : open) known[k] = pair_gap_m(k);
+    }
+    here = known;
+    look_at(path[t + 1]);
+    for (std::size_t k : open) {
+      known[k] = pair_gap_m(k);
+      seen_at[k] = t + 1;
+    }
+    for (std::size_t k : open) {
+      const double least = prove_pair(k, path[t], path[t + 1], here[k], known[k], allowed(k),
+                                      static_cast<double>(t), static_cast<double>(t) + 1, rule_.bisections);
       answer_.self_clearance_m = std::min(answer_.self_clearance_m, least);
       if (answer_.outcome != Proof::free) return;
-      known[k] = there;
     }
   }
 }
@@ -291,7 +323,9 @@ Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector
   if (path.size() == 1) return certify({path[0], path[0]}, tolerance_m);
   answer_ = {};
   proven_m_ = seen_m_ = infinite;
-  std::vector<int> all(mover_.hand().capsules.size());
+  // Nothing is looked at again before what was known of its distance is travelled up.
+  known_m_.setConstant(static_cast<Eigen::Index>(levers_.size()), -infinite);
+  std::vector<int> all(levers_.size()), open;
   std::iota(all.begin(), all.end(), 0);
   // Waypoints first: the nearer the least clearance is known, the sooner the rest is proven to be above it.
   for (std::size_t t = 0; measure_ && t < path.size(); ++t) {
@@ -305,7 +339,19 @@ Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector
   for (waypoint_ = 0; waypoint_ + 1 < static_cast<int>(path.size()); ++waypoint_) {
     if (answer_.outcome != Proof::free) break;
     const auto t = static_cast<std::size_t>(waypoint_);
-    prove(path[t], path[t + 1] - path[t], 0.5, 0.5, all, tolerance_m);
+    const VectorXd step = path[t + 1] - path[t];
+    open.clear();
+    for (int i : all) {
+      const auto link = static_cast<std::size_t>(mover_.hand().capsules[static_cast<std::size_t>(i)].link);
+      known_m_[i] -= any_travel_m(i, step);
+      if (known_m_[i] >= wanted_m(-tolerance_m[link])) {
+        proven_m_ = std::min(proven_m_, known_m_[i]);
+      } else {
+        known_m_[i] = -infinite;
+        open.push_back(i);
+      }
+    }
+    if (!open.empty()) prove(path[t], step, 0.5, 0.5, open, tolerance_m);
     if (answer_.outcome == Proof::free) answer_.steps = waypoint_ + 1;
   }
   answer_.clearance_m = answer_.outcome == Proof::free ? proven_m_ : seen_m_;
@@ -313,11 +359,15 @@ Certificate Prover::certify(const std::vector<VectorXd>& path, const std::vector
   return answer_;
 }
 
-bool Prover::frees(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
+Certificate Prover::check(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
   measure_ = false;
-  const bool free = certify(path, tolerance_m).outcome == Proof::free;
+  const Certificate answer = certify(path, tolerance_m);
   measure_ = true;
-  return free;
+  return answer;
+}
+
+bool Prover::frees(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
+  return check(path, tolerance_m).outcome == Proof::free;
 }
 
 bool Prover::posture_free(const VectorXd& x, double clearance_m) {

@@ -74,6 +74,8 @@ class Prover {
   Certificate certify(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
   /// Whether it would be free; how near it comes is not looked for, which is cheaper.
   bool frees(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
+  /// The same, with where it ends; its clearances are bounds only.
+  Certificate check(const std::vector<Eigen::VectorXd>& path, const std::vector<double>& tolerance_m);
   /// Whether every capsule is proven at least `clearance_m` away at one posture, and every pair is apart (or
   /// not deeper than a negative `clearance_m`).
   bool posture_free(const Eigen::VectorXd& x, double clearance_m);
@@ -82,8 +84,10 @@ class Prover {
   /// No point of capsule i moves further when the state changes from x by any part of `change`, from the
   /// posture that was looked at last, x. Left Jacobian of SO(3) and lever arms bound the speeds.
   double travel_m(int capsule, const Eigen::VectorXd& change) const;
-  /// The same with the levers that the posture has, which joints beyond can lengthen by what they move only:
-  /// a smaller bound, and dearer.
+  /// The same from any posture.
+  double any_travel_m(int capsule, const Eigen::VectorXd& change) const;
+  /// As travel_m with the levers that the posture has, which joints beyond can lengthen by what they move
+  /// only: a smaller bound, and dearer.
   double near_travel_m(int capsule, const Eigen::VectorXd& change) const;
   void look_at(const Eigen::VectorXd& x);
   const std::vector<hands::PlacedCapsule>& placed_O() const { return placed_; }
@@ -107,6 +111,10 @@ class Prover {
   double least_on_axis_m(const DistanceBound& obstacle, int what, const Vec3& a, const Vec3& b, double need_m,
                          Seen& seen) const;
   double at_least_m(int capsule, double need_m, Seen& seen) const;
+  double by_joints_m(int capsule, const Eigen::VectorXd& change) const;
+  double by_base_m(const Eigen::VectorXd& change, double reach_m) const;
+  /// How far off something has to be proven.
+  double wanted_m(double allowed_m) const;
   void prove(const Eigen::VectorXd& from, const Eigen::VectorXd& step, double middle, double half,
              const std::vector<int>& open, const std::vector<double>& tolerance_m);
   void note(int capsule, const Seen& seen, double at);
@@ -124,12 +132,14 @@ class Prover {
   const std::vector<std::pair<int, int>> pairs_;
   const ProofRule rule_;
   std::vector<std::vector<Lever>> levers_;  ///< of each capsule, from its link down to the base
+  std::vector<double> furthest_m_;          ///< of each capsule's axis from H, whatever the posture
   Eigen::MatrixXd pair_levers_m_;           ///< pairs x dofs: of joints that move one and not the other
   std::vector<Pose> X_HL_;
   Eigen::VectorXd q_;
   Pose X_OH_ = Pose::Identity();
   std::vector<hands::PlacedCapsule> placed_;
   Eigen::VectorXd reach_m_;  ///< of each capsule's axis from H, at the last posture
+  Eigen::VectorXd known_m_;  ///< of each capsule: at least so far off at the last waypoint that was proven
   Certificate answer_;
   double proven_m_ = 0, seen_m_ = 0;
   int waypoint_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
@@ -22,15 +23,15 @@ class GaussNewton::Stepper {
         T_(static_cast<std::size_t>(problem.horizon)),
         terms_(problem),
         weights_(problem.model ? T_ : 1),
-        q_{MatrixXd(n_, n_), VectorXd(n_)},
         defect_(n_),
-
         pivot_(T_, Eigen::LLT<MatrixXd>(n_)),
         H_(n_, n_) {
     diagonal_.assign(T_, MatrixXd::Zero(n_, n_));
     above_ = diagonal_;
     gradient_.assign(T_, VectorXd::Zero(n_));
     rest_ = gradient_;
+    seen_.assign(T_, {diagonal_[0], gradient_[0]});
+    tried_ = seen_;
     next_.assign(T_ + 1, VectorXd::Zero(n_));
     result_.path = next_;
     result_.costs.reserve(static_cast<std::size_t>(params.max_steps) + 1);
@@ -44,7 +45,8 @@ class GaussNewton::Stepper {
   const GaussNewtonResult& search(const Path& initial) {
     for (std::size_t t = 0; t <= T_; ++t) result_.path[t] = t == 0 ? problem_.start : initial[t];
     result_.costs.clear();
-    result_.costs.push_back(terms_.total_cost(result_.path));
+    result_.costs.push_back(linearise(result_.path, std::numeric_limits<double>::infinity()));
+    std::swap(seen_, tried_);
     result_.outcome = AicoOutcome::sweep_limit;
     normal_equations();
     Damping damping(params_.damping);
@@ -52,7 +54,7 @@ class GaussNewton::Stepper {
     for (result_.steps = 0; result_.steps < params_.max_steps;) {
       ++result_.steps;
       take_step(damping.value());
-      const double cost = terms_.total_cost(next_), best = result_.costs.back();
+      const double best = result_.costs.back(), cost = linearise(next_, best);
       const bool still = largest_move(next_, result_.path) < params_.step_tolerance;
       if (!(cost <= best)) {
         const bool rested = still && rejections == 0;  // later moves are small of damping
@@ -66,6 +68,7 @@ class GaussNewton::Stepper {
       rejections = 0;
       damping.helped();
       std::swap(result_.path, next_);
+      std::swap(seen_, tried_);
       result_.costs.push_back(cost);
       if (still || best - cost <= params_.cost_tolerance * std::max(1.0, std::abs(cost))) {
         result_.outcome = AicoOutcome::converged;
@@ -94,6 +97,17 @@ class GaussNewton::Stepper {
   }
   const Weight& weight(std::size_t t) const { return weights_[problem_.model ? t : 0]; }
 
+  /// The path's cost, and tasks there in `tried_`; where it is more than `most` it ends early.
+  double linearise(const Path& path, double most) {
+    double cost = 0;
+    for (std::size_t t = 0; t < T_ && !(cost > most); ++t) {
+      const int step = static_cast<int>(t);
+      cost +=
+          terms_.step_cost(step, path[t], path[t + 1]) + terms_.linearise(step + 1, path[t + 1], tried_[t]);
+    }
+    return cost;
+  }
+
   /// H dx = -g of slices 1 .. T at the path: blocks on the diagonal, and above_[t] that of slices t, t + 1.
   void normal_equations() {
     const Path& path = result_.path;
@@ -102,10 +116,10 @@ class GaussNewton::Stepper {
     for (std::size_t t = 1; t <= T_; ++t) {
       MatrixXd& H = diagonal_[t - 1];
       VectorXd& g = gradient_[t - 1];
-      terms_.linearise(static_cast<int>(t), path[t], q_);
-      H = weight(t - 1).Winv + q_.R;
-      g.noalias() = q_.R * path[t];
-      g -= q_.r;
+      const Quadratic& q = seen_[t - 1];
+      H = weight(t - 1).Winv + q.R;
+      g.noalias() = q.R * path[t];
+      g -= q.r;
       find_defect(t - 1);
       g.noalias() += weight(t - 1).Winv * defect_;
       if (t == T_) break;
@@ -157,7 +171,7 @@ class GaussNewton::Stepper {
   const std::size_t T_;
   Terms terms_;
   std::vector<Weight> weights_;
-  Quadratic q_;
+  std::vector<Quadratic> seen_, tried_;  ///< tasks of slices 1 .. T at the path and at the one that is tried
   VectorXd defect_;
   std::vector<Eigen::LLT<MatrixXd>> pivot_;
   MatrixXd H_;

@@ -1,5 +1,6 @@
 #include "motion/mover.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -16,6 +17,17 @@ Mover::Mover(const hands::Hand& hand, const Pose& X_OH, int base_dofs)
     for (int i = 0; i < count; ++i)
       balls_.push_back({static_cast<int>(c), capsule.link,
                         capsule.a_L + along * (count > 1 ? double(i) / (count - 1) : 0), capsule.radius_m});
+  }
+  for (std::size_t begin = 0, end = 0; begin < balls_.size(); begin = end) {
+    Vec3 low = balls_[begin].p_L, high = low;
+    for (end = begin; end < balls_.size() && balls_[end].link == balls_[begin].link; ++end) {
+      low = low.cwiseMin(balls_[end].p_L);
+      high = high.cwiseMax(balls_[end].p_L);
+    }
+    Group group{begin, end, (low + high) / 2, 0};
+    for (std::size_t i = begin; i < end; ++i)
+      group.radius_m = std::max(group.radius_m, (balls_[i].p_L - group.p_L).norm() + balls_[i].radius_m);
+    groups_.push_back(group);
   }
 }
 
@@ -48,6 +60,8 @@ VectorXd Mover::upper() const {
 }
 
 void Mover::place(const VectorXd& x, Placed& placed) const {
+  if (placed.x.size() == x.size() && placed.x == x) return;
+  placed.x = x;
   placed.q = joints(x);
   hands::forward_kinematics(hand_.tree, placed.q, placed.X_HL);
   placed.X_OH = pose(x);

@@ -37,14 +37,23 @@ class Mover {
     double radius_m;
   };
   const std::vector<Ball>& balls() const { return balls_; }
+  /// Balls of one link, one after the other in balls(), and a ball around them all.
+  struct Group {
+    std::size_t begin, end;
+    Vec3 p_L;
+    double radius_m;
+  };
+  const std::vector<Group>& groups() const { return groups_; }
 
-  /// A body at one state. Filled again and again without allocation.
+  /// A body at one state. Filled again and again without allocation, and left as it is where the state is the
+  /// same: tasks that share one place the body once.
   struct Placed {
-    Eigen::VectorXd q;
+    Eigen::VectorXd x, q;
     std::vector<Pose> X_HL, X_OL;
     Pose X_OH = Pose::Identity();
     Matrix3d turning = Matrix3d::Identity();  ///< left Jacobian of the base's rotation vector
   };
+  /// Precondition: `placed` is asked of this mover only.
   void place(const Eigen::VectorXd& x, Placed& placed) const;
 
   /// row += g' dp_O/dx for the point fixed in `link` that is at p_O.
@@ -90,6 +99,7 @@ class Mover {
   Pose goal_;  ///< of the floating base, or where the base stands
   int base_dofs_;
   std::vector<Ball> balls_;
+  std::vector<Group> groups_;
 };
 
 }  // namespace geocage::motion

@@ -15,9 +15,10 @@ Terms::Terms(const Problem& problem)
   for (Buffer& buffer : buffers_) buffer.row.resize(problem.dim());
 }
 
-void Terms::linearise(int t, const VectorXd& x, Quadratic& q) {
+double Terms::linearise(int t, const VectorXd& x, Quadratic& q) {
   q.R.setZero();
   q.r.setZero();
+  double cost = 0;
   for (std::size_t k = 0; k < buffers_.size(); ++k) {
     const Task& task = problem_.tasks[k];
     const double rho = task.precision[static_cast<std::size_t>(t)];
@@ -25,6 +26,7 @@ void Terms::linearise(int t, const VectorXd& x, Quadratic& q) {
     auto& [error, row, weighted, J, scaled] = buffers_[k];
     task.evaluate(t, x, error, &J);
     if (error.size() == 0) continue;
+    cost += rho * error.squaredNorm();
     if (task.hinge) {
       for (Eigen::Index i = 0; i < error.size(); ++i) {
         if (error[i] == 0) continue;
@@ -42,6 +44,7 @@ void Terms::linearise(int t, const VectorXd& x, Quadratic& q) {
     q.R.triangularView<Eigen::Lower>() += J.transpose() * scaled;
   }
   q.R.triangularView<Eigen::StrictlyUpper>() = q.R.transpose();
+  return cost;
 }
 
 double Terms::task_cost(int t, const VectorXd& x) {

@@ -45,8 +45,8 @@ struct Quadratic {
 class Terms {
  public:
   explicit Terms(const Problem& problem);
-  /// Sets q; its sizes must be right.
-  void linearise(int t, const Eigen::VectorXd& x, Quadratic& q);
+  /// Sets q, whose sizes must be right, and returns the task cost at x.
+  double linearise(int t, const Eigen::VectorXd& x, Quadratic& q);
   double task_cost(int t, const Eigen::VectorXd& x);
   /// |x_{t+1} - A x_t - a|^2 in W^-1.
   double step_cost(int t, const Eigen::VectorXd& x, const Eigen::VectorXd& next);

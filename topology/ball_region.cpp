@@ -1,7 +1,7 @@
 #include "topology/ball_region.h"
 
 #include <algorithm>
-#include <limits>
+#include <functional>
 
 namespace geocage::topology {
 
@@ -68,7 +68,7 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
   }
   slot[mesh_.count] = 0;
   order_.resize(static_cast<std::size_t>(reached));
-  link_region<false>(nullptr);
+  link_region(nullptr);
 }
 
 void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) {
@@ -121,11 +121,10 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
     ring_low_.push_back(next_low);
   }
   for (int v : order_) distance_[v] = far;
-  link_region<true>(weights.of_link.data());
+  link_region(weights.of_link.data());
 }
 
 /// Splits the neighbours of each vertex by the order, and adds up what ends at it.
-template <bool weighted>
 void Region::link_region(const std::uint32_t* weights) {
   const std::size_t n = order_.size();
   start_.resize(n + 1);
@@ -133,7 +132,7 @@ void Region::link_region(const std::uint32_t* weights) {
   outer_.resize(n);
   own_.resize(n);
   farthest_.resize(n);
-  std::size_t entries = 0;
+  std::size_t entries = spare_links;
   for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
   const auto make_room = [&](auto& list) {
     if (list.size() >= entries) return;
@@ -142,58 +141,42 @@ void Region::link_region(const std::uint32_t* weights) {
     list.resize(entries + entries / 8);
   };
   make_room(near_);
-  if constexpr (weighted) make_room(weight_);
+  if (weights) make_room(weight_);
   start_[0] = 0;
+  const LinkInput input{order_.data(),
+                        slot_.data(),
+                        mesh_.link_start.data(),
+                        mesh_.links.neighbour.data(),
+                        mesh_.links.area_m2.data(),
+                        weights};
+  const LinkOutput output{start_.data(),    middle_.data(), outer_.data(), near_.data(),
+                          farthest_.data(), weight_.data(), own_.data()};
   for (int ring = 0; ring < rings(); ++ring)
-    for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)
-      link_vertex<weighted>(i, ring_start_[ring + 1], weights);
+    split_links(input, ring_start_[ring], ring_start_[ring + 1], output);
 }
 
-template <bool weighted>
-void Region::link_vertex(int i, int ring_end, const std::uint32_t* weights) {
-  const int first = mesh_.link_start[order_[i]], last = mesh_.link_start[order_[i] + 1];
-  if (same_.size() < static_cast<std::size_t>(last - first)) {
-    same_.resize(static_cast<std::size_t>(last - first));
-    later_.resize(same_.size());
-    same_weight_.resize(same_.size());
-    later_weight_.resize(same_.size());
+const std::vector<LengthSearch::Found>& LengthSearch::run(int source, double limit_m) {
+  done_.resize(static_cast<std::size_t>(mesh_.count));
+  for (const Found& f : found_) done_[f.vertex] = 0;
+  found_.clear();
+  heap_.assign(1, {0.0, source});
+  while (!heap_.empty()) {
+    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
+    const Found nearest = heap_.back();
+    heap_.pop_back();
+    if (done_[nearest.vertex]) continue;
+    done_[nearest.vertex] = 1;
+    found_.push_back(nearest);
+    for (int i = mesh_.link_start[nearest.vertex]; i < mesh_.link_start[nearest.vertex + 1]; ++i) {
+      const int w = mesh_.links.neighbour[i];
+      if (w == mesh_.count || done_[w]) continue;
+      const double next = nearest.distance_m + (mesh_.position(nearest.vertex) - mesh_.position(w)).norm();
+      if (next > limit_m) continue;
+      heap_.push_back({next, w});
+      std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+    }
   }
-  int* const lower = near_.data() + start_[i];
-  std::uint32_t* const lower_weight = weighted ? weight_.data() + start_[i] : nullptr;
-  int lowers = 0, sames = 0, laters = 0, triangles = 0, farthest = 0;
-  double area = 0, area_before = mesh_.links.area_m2[last - 1];
-  const int closing = slot_[mesh_.links.neighbour[last - 1]] - 1;
-  bool was_lower = closing >= 0 && closing < i && last - first > 2;
-  for (int k = first; k < last; ++k) {
-    const int j = slot_[mesh_.links.neighbour[k]] - 1;
-    const bool is_lower = j >= 0 && j<i, is_same = j> i && j < ring_end, is_later = j >= ring_end;
-    lower[lowers] = j;
-    same_[sames] = j;
-    later_[laters] = j;
-    if constexpr (weighted) lower_weight[lowers] = same_weight_[sames] = later_weight_[laters] = weights[k];
-    lowers += is_lower;
-    sames += is_same;
-    laters += is_later;
-    farthest = std::max(farthest, j < 0 ? std::numeric_limits<int>::max() : j);
-    const bool whole = is_lower && was_lower;
-    triangles += whole;
-    area += whole ? area_before : 0;
-    was_lower = is_lower;
-    area_before = mesh_.links.area_m2[k];
-  }
-  const auto append = [&](int at, int count, const std::vector<int>& near,
-                          const std::vector<std::uint32_t>& weight) {
-    for (int k = 0; k < count; ++k) lower[at + k] = near[k];
-    if constexpr (weighted)
-      for (int k = 0; k < count; ++k) lower_weight[at + k] = weight[k];
-  };
-  append(lowers, sames, same_, same_weight_);
-  append(lowers + sames, laters, later_, later_weight_);
-  middle_[i] = start_[i] + lowers;
-  outer_[i] = middle_[i] + sames;
-  start_[i + 1] = outer_[i] + laters;
-  own_[i] = {area, triangles, 1 - lowers + triangles};
-  farthest_[i] = farthest;
+  return found_;
 }
 
 RegionView Region::view() const {

@@ -60,15 +60,12 @@ class Region {
     slot_[rank] = static_cast<int>(order_.size());
   }
   void reach_from(int v, std::uint32_t limit, const LinkWeights& weights);
-  template <bool weighted>
   void link_region(const std::uint32_t* weights);
-  template <bool weighted>
-  void link_vertex(int i, int ring_end, const std::uint32_t* weights);
 
   const BallMesh& mesh_;
-  std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_, same_, later_;
+  std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_;
   std::vector<std::uint32_t> ring_low_;  ///< no vertex of a ring is nearer to the patch
-  std::vector<std::uint32_t> weight_, same_weight_, later_weight_;
+  std::vector<std::uint32_t> weight_;
   std::vector<OwnCells> own_;
   std::vector<std::uint32_t> distance_;  ///< of each vertex from the patch; far but while a search runs
   struct Reached {
@@ -81,6 +78,24 @@ class Region {
   std::uint32_t width_ = 1;
   int waiting_ = 0;
   int patch_ = 0;
+};
+
+/// Dijkstra's algorithm in doubles, as PlainSearch adds them up. Keeps its memory: one for each thread.
+class LengthSearch {
+ public:
+  struct Found {
+    double distance_m;
+    int vertex;
+    bool operator>(const Found& other) const { return distance_m > other.distance_m; }
+  };
+  explicit LengthSearch(const BallMesh& mesh) : mesh_(mesh) {}
+  /// All vertices within `limit_m` of the source, by distance.
+  const std::vector<Found>& run(int source, double limit_m);
+
+ private:
+  const BallMesh& mesh_;
+  std::vector<Found> found_, heap_;
+  std::vector<char> done_;
 };
 
 }  // namespace geocage::topology

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 
 // One pass of this file for each instruction set: plain code, SSE 4, AVX2, AVX-512.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
@@ -60,24 +61,47 @@ HWY_INLINE bool relax(const RegionView& region, Lane* rows, int i, int first, in
   return fresh || !same;
 }
 
-HWY_INLINE void mark(const RegionView& region, std::uint8_t* dirty, int first, int last) {
-  for (int n = first; n < last; ++n) dirty[region.near[n]] = 1;
+/// Row `to` gets the least of itself and row `from` one edge farther; true if it changed.
+template <class Lane>
+HWY_INLINE bool offer(Lane* rows, int from, int to, std::uint32_t weight) {
+  using R = Row<Lane>;
+  const typename R::Tag d;
+  const Lane* source = rows + static_cast<std::ptrdiff_t>(from) * R::in_row;
+  Lane* target = rows + static_cast<std::ptrdiff_t>(to) * R::in_row;
+  hn::Vec<typename R::Tag> least[R::vectors];
+  bool same = true;
+  for (int k = 0; k < R::vectors; ++k) {
+    const auto offered = hn::Load(d, source + k * R::width), old = hn::Load(d, target + k * R::width);
+    if constexpr (sizeof(Lane) == 1)
+      least[k] = hn::Min(old, hn::SaturatedAdd(offered, hn::Set(d, Lane{1})));
+    else
+      least[k] = hn::Min(old, hn::Add(offered, hn::Set(d, weight)));
+    same &= hn::AllTrue(d, hn::Eq(least[k], old));
+  }
+  if (same) return false;
+  for (int k = 0; k < R::vectors; ++k) hn::Store(least[k], d, target + k * R::width);
+  return true;
 }
 
-/// Relaxes what is dirty, upwards and downwards in turn, until nothing is.
+/// What is dirty has changed and not told its neighbours: upwards and downwards in turn, until nothing is.
 template <class Lane>
 void settle(const RegionView& region, Lane* rows, std::uint8_t* dirty) {
-  const auto look = [&](int i) {
-    if (!dirty[i]) return false;
+  bool any = true;
+  const auto tell = [&](int i) {
+    if (!dirty[i]) return;
     dirty[i] = 0;
-    if (relax(region, rows, i, region.start[i], region.start[i + 1]))
-      mark(region, dirty, region.start[i], region.start[i + 1]);
-    return true;
+    for (int n = region.start[i]; n < region.start[i + 1]; ++n) {
+      if (!offer(rows, i, region.near[n], sizeof(Lane) == 1 ? 1 : region.weight[n])) continue;
+      dirty[region.near[n]] = 1;
+      any = true;
+    }
   };
-  for (bool any = true; any;) {
+  while (any) {
     any = false;
-    for (int i = 0; i < region.size; ++i) any |= look(i);
-    for (int i = region.size - 1; any && i >= 0; --i) look(i);
+    for (int i = 0; i < region.size; ++i) tell(i);
+    if (!any) break;
+    any = false;
+    for (int i = region.size - 1; i >= 0; --i) tell(i);
   }
 }
 
@@ -105,12 +129,10 @@ void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::
     const int begin = region.ring_start[ring], end = region.ring_start[ring + 1];
     for (int i = begin; i < end; ++i) relax<Lane, true>(region, rows, i, region.start[i], region.middle[i]);
     for (int i = end - 1; i >= begin; --i)
-      if (relax(region, rows, i, region.middle[i], region.outer[i]))
-        mark(region, dirty, region.middle[i], region.outer[i]);
+      dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.outer[i]));
   }
   for (int i = region.size - 1; i >= 0; --i)
-    if (relax(region, rows, i, region.middle[i], region.start[i + 1]))
-      mark(region, dirty, region.middle[i], region.start[i + 1]);
+    dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.start[i + 1]));
   settle(region, rows, dirty);
 }
 
@@ -245,6 +267,104 @@ void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* 
                  sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
 }
 
+/// A vertex' links [first, last) in the order of its ring: `lower` has a bit for each neighbour that comes
+/// before it.
+HWY_INLINE OwnCells own_cells(std::uint32_t lower, int links, const double* areas) {
+  const std::uint32_t next = lower >> 1 | (links > 2 ? lower << (links - 1) : 0);
+  OwnCells own = {0, 0, 1 - std::popcount(lower)};
+  for (std::uint32_t left = lower & next & ((1u << links) - 1); left != 0; left &= left - 1) {
+    own.area_m2 += areas[std::countr_zero(left)];
+    ++own.triangles;
+  }
+  own.euler += own.triangles;
+  return own;
+}
+
+/// One neighbour at a time; any number of them.
+HWY_INLINE void split_plainly(const LinkInput& input, int i, int ring_end, const LinkOutput& output) {
+  const int first = input.link_start[input.order[i]], last = input.link_start[input.order[i] + 1];
+  const auto place = [&](int k) { return input.slot[input.neighbour[k]] - 1; };
+  const auto is_lower = [&](int k) { return place(k) >= 0 && place(k) < i; };
+  int next = output.start[i];
+  const auto take = [&](auto&& wanted) {
+    for (int k = first; k < last; ++k) {
+      if (!wanted(place(k))) continue;
+      output.near[next] = place(k);
+      if (input.weight) output.weight[next] = input.weight[k];
+      ++next;
+    }
+    return next;
+  };
+  output.middle[i] = take([&](int j) { return j >= 0 && j < i; });
+  output.outer[i] = take([&](int j) { return j > i && j < ring_end; });
+  output.start[i + 1] = take([&](int j) { return j >= ring_end; });
+  OwnCells own = {0, 0, 1 - (output.middle[i] - output.start[i])};
+  int farthest = 0;
+  for (int k = first; k < last; ++k) {
+    const int next_link = k + 1 < last ? k + 1 : first;
+    if (is_lower(k) && is_lower(next_link) && (k + 1 < last || last - first > 2)) {
+      own.area_m2 += input.area_m2[k];
+      ++own.triangles;
+    }
+    const int j = place(k) < 0 ? std::numeric_limits<int>::max() : place(k);
+    if (j > farthest) farthest = j;
+  }
+  own.euler += own.triangles;
+  output.own[i] = own;
+  output.farthest[i] = farthest;
+}
+
+/// Eight neighbours at a time, where vectors hold as many.
+void SplitLinks(const LinkInput& input, int begin, int end, const LinkOutput& output) {
+  const hn::CappedTag<std::int32_t, spare_links> d;
+  const hn::CappedTag<std::uint32_t, spare_links> du;
+  using Vector = hn::Vec<decltype(d)>;
+  if constexpr (hn::MaxLanes(hn::CappedTag<std::int32_t, spare_links>()) == spare_links) {
+    const Vector one = hn::Set(d, 1), ring_end = hn::Set(d, end);
+    for (int i = begin; i < end; ++i) {
+      const int v = input.order[i], first = input.link_start[v], links = input.link_start[v + 1] - first;
+      if (links > spare_links) {
+        split_plainly(input, i, end, output);
+        continue;
+      }
+      const auto there = hn::FirstN(d, static_cast<std::size_t>(links));
+      const Vector neighbour = hn::IfThenElseZero(there, hn::LoadU(d, input.neighbour + first));
+      const Vector place = hn::Sub(hn::GatherIndex(d, input.slot, neighbour), one);
+      const Vector here = hn::Set(d, i);
+      const auto inside = hn::And(there, hn::Gt(place, hn::Set(d, -1)));
+      const auto lower = hn::And(inside, hn::Lt(place, here));
+      const auto later = hn::And(there, hn::Gt(place, hn::Set(d, end - 1)));
+      const auto same = hn::And(hn::And(there, hn::Gt(place, here)), hn::Lt(place, ring_end));
+      const auto bits = [&](auto mask) {
+        std::uint8_t bytes[8];
+        hn::StoreMaskBits(d, mask, bytes);
+        return static_cast<std::uint32_t>(bytes[0]);
+      };
+      const std::uint32_t lower_bits = bits(lower);
+      const int start = output.start[i], middle = start + std::popcount(lower_bits),
+                outer = middle + std::popcount(bits(same)), past = outer + std::popcount(bits(later));
+      hn::StoreU(hn::Compress(place, lower), d, output.near + start);
+      hn::StoreU(hn::Compress(place, same), d, output.near + middle);
+      hn::StoreU(hn::Compress(place, later), d, output.near + outer);
+      if (input.weight) {
+        const auto weight = hn::LoadU(du, input.weight + first);
+        hn::StoreU(hn::Compress(weight, hn::RebindMask(du, lower)), du, output.weight + start);
+        hn::StoreU(hn::Compress(weight, hn::RebindMask(du, same)), du, output.weight + middle);
+        hn::StoreU(hn::Compress(weight, hn::RebindMask(du, later)), du, output.weight + outer);
+      }
+      output.middle[i] = middle;
+      output.outer[i] = outer;
+      output.start[i + 1] = past;
+      output.own[i] = own_cells(lower_bits, links, input.area_m2 + first);
+      const auto outermost =
+          hn::Min(hn::BitCast(du, hn::IfThenElseZero(there, place)), hn::Set(du, std::uint32_t{0x7fffffff}));
+      output.farthest[i] = hn::GetLane(hn::MaxOfLanes(d, hn::BitCast(d, outermost)));
+    }
+  } else {
+    for (int i = begin; i < end; ++i) split_plainly(input, i, end, output);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace geocage::topology
 HWY_AFTER_NAMESPACE();
@@ -252,11 +372,16 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace geocage::topology {
 
+HWY_EXPORT(SplitLinks);
 HWY_EXPORT(HopRows);
 HWY_EXPORT(LengthRows);
 HWY_EXPORT(HopMasks);
 HWY_EXPORT(LengthMasks);
 HWY_EXPORT(LaneSums);
+
+void split_links(const LinkInput& input, int begin, int end, const LinkOutput& output) {
+  HWY_DYNAMIC_DISPATCH(SplitLinks)(input, begin, end, output);
+}
 
 void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty) {
   HWY_DYNAMIC_DISPATCH(HopRows)(region, rows, dirty);
@@ -277,24 +402,6 @@ std::uint32_t length_masks(const std::uint32_t* rows, int size, std::uint32_t li
 
 void lane_sums(const SumInput& input, int radii, const MaskRange* masks, double* sums) {
   HWY_DYNAMIC_DISPATCH(LaneSums)(input, radii, masks, sums);
-}
-
-int instruction_sets(const char** names, int most) {
-  int count = 0;
-  hwy::SetSupportedTargetsForTest(0);
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0 && count < most; left &= left - 1)
-    names[count++] = hwy::TargetName(left & -left);
-  return count;
-}
-
-void force_instruction_set(const char* name) {
-  hwy::SetSupportedTargetsForTest(0);
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1)
-    if (std::strcmp(name, hwy::TargetName(left & -left)) == 0) {
-      hwy::SetSupportedTargetsForTest(left & -left);
-      break;
-    }
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 }  // namespace geocage::topology

@@ -45,6 +45,24 @@ struct RegionView {
   const std::uint32_t* weight;  ///< of each entry of `near`, for rows of lengths
 };
 
+/// How a mesh's vertices (by rank) are linked, and where a region has them: 1 + the place, or 0 outside.
+/// `neighbour` can be read `spare_links` beyond its end.
+struct LinkInput {
+  const int *order, *slot, *link_start, *neighbour;
+  const double* area_m2;        ///< of the triangle between a link and the next one round the vertex
+  const std::uint32_t* weight;  ///< of each link, or null
+};
+/// What a RegionView needs, and of each vertex its own cells and its last neighbour in the order (beyond all
+/// where one is outside or the link has a gap). `near` and `weight` can be written `spare_links` beyond.
+struct LinkOutput {
+  int *start, *middle, *outer, *near, *farthest;
+  std::uint32_t* weight;
+  OwnCells* own;
+};
+constexpr int spare_links = 8;
+/// Splits the neighbours of the vertices [begin, end), a ring, by the order; start[begin] is there.
+void split_links(const LinkInput& input, int begin, int end, const LinkOutput& output);
+
 /// rows[128 i + l] = edges between source l and vertex i, at least up to 254; 255 is farther. Exact where the
 /// shortest path stays in the region. `dirty`: size bytes of scratch. All pointers to rows aligned to 128.
 void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty);
@@ -73,10 +91,5 @@ struct MaskRange {
 /// Sums over the vertices of each lane's mask, for `radii` sets of masks: sums[q][l] is a row of `sum_slots`.
 /// Abel's way: prefix sums over the order, taken where runs of a mask begin and end.
 void lane_sums(const SumInput& input, int radii, const MaskRange* masks, double* sums);
-
-/// Names of the instruction sets that this machine has, best first, and a way to force one of them in tests
-/// ("" gives the choice back).
-int instruction_sets(const char** names, int most);
-void force_instruction_set(const char* name);
 
 }  // namespace geocage::topology

@@ -101,7 +101,7 @@ struct Job {
 
   /// Whole quanta, 2^30 of them to the largest radius. A path of n edges is off by at most n / 2 quanta, and
   /// n is at most the radius over the shortest edge, or 1.01 times that where the edges' rounding makes a
-  /// path of more edges the shortest (edges of 64 quanta at least): nearer to the radius than that, a plain
+  /// path of more edges the shortest (edges of 64 quanta at least): nearer to the radius than that, an exact
   /// search decides. Two quanta more for the rounding of the limit.
   void measure_lengths() {
     const double quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
@@ -135,13 +135,14 @@ class PatchBalls {
       : job_(job),
         mesh_(job.mesh),
         region_(job.mesh),
+        exact_(job.mesh),
         walker_(job.mesh, job.grid),
         masks_(job.set.radii.size()) {}
 
   void run(int patch) {
     sources_ = job_.patches.sources.data() + job_.patches.start[patch];
     count_ = job_.patches.start[patch + 1] - job_.patches.start[patch];
-    for (int w = 0; w < mask_words; ++w) undecided_[w] = 0;
+    for (int w = 0; w < mask_words; ++w) too_far_[w] = 0;
     if (job_.metric == Metric::hop)
       grow_hops();
     else
@@ -151,8 +152,8 @@ class PatchBalls {
     for (std::size_t q = 0; q < job_.set.radii.size(); ++q) {
       tasks_.clear();
       for (int l = 0; l < count_; ++l) {
-        if (undecided_[l / 64] >> (l % 64) & 1)
-          undecided.push_back(mesh_.original[sources_[l]]);
+        if (too_far_[l / 64] >> (l % 64) & 1)
+          too_far.push_back(mesh_.original[sources_[l]]);
         else
           finish(q, l);
       }
@@ -160,7 +161,8 @@ class PatchBalls {
     }
   }
 
-  std::vector<int> undecided;  ///< vertices of the mesh that are left to the plain way
+  std::vector<int> too_far;  ///< vertices of the mesh that are left to the plain way
+  int searched_exactly = 0;
   int searched_whole() const { return walker_.searched_whole; }
 
  private:
@@ -198,7 +200,7 @@ class PatchBalls {
     const bool ends = region_.rings() <= depth;
     for (std::ptrdiff_t i = 0; i < region_.size(); ++i)
       for (int l = 0; l < count_; ++l)
-        if (!ends || rows[i * lanes + l] > most_hops) undecided_[l / 64] |= std::uint64_t{1} << (l % 64);
+        if (!ends || rows[i * lanes + l] > most_hops) too_far_[l / 64] |= std::uint64_t{1} << (l % 64);
   }
 
   void grow_lengths() {
@@ -209,6 +211,7 @@ class PatchBalls {
     make_masks(reaches_);
     auto* rows = reinterpret_cast<std::uint32_t*>(
         rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
+    std::uint64_t undecided[mask_words] = {};
     for (int first = 0; first < lanes; first += length_lanes) {
       if (first < count_) length_rows(region_.view(), first, rows, dirty_.data());
       for (std::size_t q = 0; q < masks_.size(); ++q) {
@@ -219,7 +222,23 @@ class PatchBalls {
         }
         const std::uint32_t limit = job_.length_limits[q], slack = std::min(job_.length_slack, limit);
         const std::uint64_t close = length_masks(rows, end_[q], limit, slack, first / length_lanes, masks(q));
-        undecided_[first / 64] |= close << (first % 64);
+        undecided[first / 64] |= close << (first % 64);
+      }
+    }
+    for_lanes(undecided, [&](int l) { search_exactly(l); });
+  }
+
+  /// A vertex of the lane is nearer to a radius than whole quanta can tell: lengths as doubles decide.
+  void search_exactly(int lane) {
+    ++searched_exactly;
+    const std::uint64_t bit = std::uint64_t{1} << (lane % 64);
+    const auto& found = exact_.run(sources_[lane], job_.largest_m * radius_slack);
+    for (std::size_t q = 0; q < masks_.size(); ++q) {
+      std::uint64_t* words = masks(q) + lane / 64;
+      for (std::ptrdiff_t i = 0; i < end_[q]; ++i) words[i * mask_words] &= ~bit;
+      for (const auto& [distance_m, vertex] : found) {
+        if (distance_m > job_.set.radii[q].radius_m * radius_slack) break;
+        words[static_cast<std::ptrdiff_t>(region_.slot()[vertex] - 1) * mask_words] |= bit;
       }
     }
   }
@@ -397,6 +416,7 @@ class PatchBalls {
   Job& job_;
   const BallMesh& mesh_;
   Region region_;
+  LengthSearch exact_;
   SectionWalker walker_;
   const int* sources_ = nullptr;
   int count_ = 0;
@@ -408,7 +428,7 @@ class PatchBalls {
   std::vector<int> end_;                ///< of each radius: no vertex from there on is in any ball
   std::vector<std::uint32_t> reaches_;  ///< of each radius, from the patch
   std::vector<CutTask> tasks_;
-  std::uint64_t undecided_[mask_words] = {};
+  std::uint64_t too_far_[mask_words] = {};
 };
 
 }  // namespace
@@ -419,8 +439,8 @@ BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& ra
   for (double radius : radii_m) set.radii.push_back(BallFields::of_size(mesh.vertices.size(), radius));
   if (mesh.vertices.empty()) return set;
   Job job(mesh, metric, options, set);
-  std::vector<int> undecided;
-  int searched_whole = 0;
+  std::vector<int> too_far;
+  int searched_whole = 0, searched_exactly = 0;
 #pragma omp parallel
   {
     PatchBalls balls(job);
@@ -428,14 +448,15 @@ BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& ra
     for (int patch = 0; patch < job.patches.count(); ++patch) balls.run(patch);
 #pragma omp critical
     {
-      undecided.insert(undecided.end(), balls.undecided.begin(), balls.undecided.end());
+      too_far.insert(too_far.end(), balls.too_far.begin(), balls.too_far.end());
+      searched_exactly += balls.searched_exactly;
       searched_whole += balls.searched_whole();
     }
   }
-  std::sort(undecided.begin(), undecided.end());
-  undecided.erase(std::unique(undecided.begin(), undecided.end()), undecided.end());
-  if (!undecided.empty()) PlainBalls(mesh, metric, options).measure(undecided, set);
-  if (report) *report = {searched_whole, static_cast<int>(undecided.size())};
+  std::sort(too_far.begin(), too_far.end());
+  too_far.erase(std::unique(too_far.begin(), too_far.end()), too_far.end());
+  if (!too_far.empty()) PlainBalls(mesh, metric, options).measure(too_far, set);
+  if (report) *report = {searched_whole, searched_exactly + static_cast<int>(too_far.size())};
   return set;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -27,8 +28,10 @@ struct Obstacles {
 };
 
 /// Collision potential: a hinge on each ball that is nearer than margin_m[t] to an obstacle, e = max(0, 1 - d
-/// / margin); a row for each ball and obstacle. The mover and the fields must outlive the task.
+/// / margin); a row for each ball and obstacle. The mover and the fields must outlive the task. Tasks of one
+/// mover and one search may share `placed`.
 Task clearance_task(const Mover& mover, const Obstacles& obstacles, std::vector<double> margin_m,
-                    std::vector<double> precision);
+                    std::vector<double> precision,
+                    std::shared_ptr<Mover::Placed> placed = std::make_shared<Mover::Placed>());
 
 }  // namespace geocage::motion

@@ -64,21 +64,18 @@ std::vector<std::pair<int, int>> self_pairs(const hands::Hand& body, const Vecto
 }
 
 Task self_clearance_task(const Mover& mover, std::vector<std::pair<int, int>> pairs, double margin_m,
-                         std::vector<double> precision) {
-  struct Memory {
-    Mover::Placed placed;
-    std::vector<hands::PlacedCapsule> capsules;
-  };
-  const auto evaluate = [&mover, pairs = std::move(pairs), margin_m, memory = std::make_shared<Memory>()](
+                         std::vector<double> precision, std::shared_ptr<Mover::Placed> placed) {
+  const auto evaluate = [&mover, pairs = std::move(pairs), margin_m, placed = std::move(placed),
+                         capsules = std::make_shared<std::vector<hands::PlacedCapsule>>()](
                             int, const VectorXd& x, VectorXd& error, MatrixXd* J) {
     const hands::Hand& hand = mover.hand();
-    mover.place(x, memory->placed);
-    hands::place_capsules(hand, memory->placed.X_OH, memory->placed.X_HL, memory->capsules);
+    mover.place(x, *placed);
+    hands::place_capsules(hand, placed->X_OH, placed->X_HL, *capsules);
     error.setZero(static_cast<Eigen::Index>(pairs.size()));
     if (J) J->resize(error.size(), x.size());  // rows of sleeping hinges are not read
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const auto i = static_cast<std::size_t>(pairs[k].first), j = static_cast<std::size_t>(pairs[k].second);
-      const auto &a = memory->capsules[i], &b = memory->capsules[j];
+      const auto &a = (*capsules)[i], &b = (*capsules)[j];
       const double reach = margin_m + a.radius_m + b.radius_m;
       const double halves = ((a.b - a.a).norm() + (b.b - b.a).norm()) / 2;
       if ((a.a + a.b - b.a - b.b).norm() / 2 > reach + halves) continue;
@@ -91,8 +88,8 @@ Task self_clearance_task(const Mover& mover, std::vector<std::pair<int, int>> pa
       const Vec3 p = a.a + gap.s * (a.b - a.a), q = b.a + gap.t * (b.b - b.a);
       if (gap.distance_m < 1e-9) continue;  // axes cross: no way out is nearer than another
       const Vec3 g = (p - q) / (gap.distance_m * margin_m);
-      mover.add_gradient(memory->placed, hand.capsules[i].link, p, -g, J->row(row));
-      mover.add_gradient(memory->placed, hand.capsules[j].link, q, g, J->row(row));
+      mover.add_gradient(*placed, hand.capsules[i].link, p, -g, J->row(row));
+      mover.add_gradient(*placed, hand.capsules[j].link, q, g, J->row(row));
     }
   };
   return {"self-collision", evaluate, std::move(precision), true};

@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,7 @@ std::vector<std::pair<int, int>> self_pairs(const hands::Hand& body, const Eigen
 /// Self-collision potential: a hinge on each pair that is nearer than margin_m, e = max(0, 1 - d / margin).
 /// The mover must outlive the task.
 Task self_clearance_task(const Mover& mover, std::vector<std::pair<int, int>> pairs, double margin_m,
-                         std::vector<double> precision);
+                         std::vector<double> precision,
+                         std::shared_ptr<Mover::Placed> placed = std::make_shared<Mover::Placed>());
 
 }  // namespace geocage::motion

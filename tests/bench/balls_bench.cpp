@@ -8,7 +8,9 @@
 #include <map>
 
 #include <benchmark/benchmark.h>
+#include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
+#include <boost/graph/dijkstra_shortest_paths.hpp>
 #include <boost/graph/dijkstra_shortest_paths_no_color_map.hpp>
 #include <omp.h>
 
@@ -115,48 +117,91 @@ struct Bound : boost::dijkstra_visitor<> {
   }
 };
 
-void boost_ball(benchmark::State& state) {
-  using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property,
-                                                   boost::property<boost::edge_weight_t, double>>;
-  const auto& mesh = surface(state);
-  const auto rows = vertex_neighbours(mesh);
-  const std::size_t n = mesh.vertices.size();
-  std::vector<std::pair<std::size_t, std::size_t>> edges;
-  std::vector<double> lengths;
-  for (int v = 0; v < static_cast<int>(n); ++v)
-    for (int i = rows.start[v]; i < rows.start[v + 1]; ++i) {
-      edges.emplace_back(v, rows.items[i]);
-      lengths.push_back((mesh.vertices[v] - mesh.vertices[rows.items[i]]).norm());
-    }
-  const Graph graph(boost::edges_are_sorted, edges.begin(), edges.end(), lengths.begin(), n);
-  const double far = std::numeric_limits<double>::infinity();
-  std::vector<double> distance(n, far);
+/// Links of a mesh in both directions, by their tails, and their lengths.
+struct Roads {
+  std::vector<std::pair<std::size_t, std::size_t>> ends;
+  std::vector<double> lengths_m;
+  explicit Roads(const geometry::TriangleMesh& mesh) {
+    const auto rows = vertex_neighbours(mesh);
+    for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v)
+      for (int i = rows.start[v]; i < rows.start[v + 1]; ++i) {
+        ends.emplace_back(v, rows.items[i]);
+        lengths_m.push_back((mesh.vertices[v] - mesh.vertices[rows.items[i]]).norm());
+      }
+  }
+};
+using Weight = boost::property<boost::edge_weight_t, double>;
+
+template <class Graph, class Search, class Forget>
+void run_boost(benchmark::State& state, const Graph& graph, const Search& search, const Forget& forget) {
+  const std::size_t n = num_vertices(graph);
+  std::vector<double> distance(n, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> touched;
+  std::size_t settled = 0;
   Bound bound;
   bound.radius = radius_m(state);
   bound.distance = &distance;
   bound.touched = &touched;
-  const auto sources = some_sources(mesh);
-  std::size_t settled = 0;
   bound.settled = &settled;
+  const auto sources = some_sources(surface(state));
   for (auto _ : state) {
     settled = 0;
     for (int v : sources) {
       touched.assign(1, static_cast<std::size_t>(v));
       distance[v] = 0;
       try {
-        boost::dijkstra_shortest_paths_no_color_map_no_init(
-            graph, static_cast<std::size_t>(v), boost::dummy_property_map(), distance.data(),
-            get(boost::edge_weight, graph), get(boost::vertex_index, graph), std::less<>(), std::plus<>(),
-            far, 0.0, bound);
+        search(static_cast<std::size_t>(v), distance, bound);
       } catch (const Beyond&) {  // the ball is complete
       }
       benchmark::DoNotOptimize(distance.data());
-      for (std::size_t w : touched) distance[w] = far;
+      for (std::size_t w : touched) {
+        distance[w] = std::numeric_limits<double>::infinity();
+        forget(w);
+      }
     }
   }
   count_items(state, sources.size());
   state.counters["ball"] = static_cast<double>(settled) / static_cast<double>(sources.size());
+}
+
+/// Boost's fastest way: a compressed graph, no colours.
+void boost_ball(benchmark::State& state) {
+  using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property, Weight>;
+  const Roads roads(surface(state));
+  const Graph graph(boost::edges_are_sorted, roads.ends.begin(), roads.ends.end(), roads.lengths_m.begin(),
+                    surface(state).vertices.size());
+  run_boost(
+      state, graph,
+      [&](std::size_t v, std::vector<double>& distance, const Bound& bound) {
+        boost::dijkstra_shortest_paths_no_color_map_no_init(
+            graph, v, boost::dummy_property_map(), distance.data(), get(boost::edge_weight, graph),
+            get(boost::vertex_index, graph), std::less<>(), std::plus<>(),
+            std::numeric_limits<double>::infinity(), 0.0, bound);
+      },
+      [](std::size_t) {});
+}
+
+/// Boost's usual way: lists of edges at each vertex, and `dijkstra_shortest_paths_no_init`, whose colours are
+/// made white again for those touched.
+void boost_ball_lists(benchmark::State& state) {
+  using Graph =
+      boost::adjacency_list<boost::vecS, boost::vecS, boost::undirectedS, boost::no_property, Weight>;
+  const Roads roads(surface(state));
+  Graph graph(surface(state).vertices.size());
+  for (std::size_t i = 0; i < roads.ends.size(); ++i)
+    if (const auto [from, to] = roads.ends[i]; from < to) add_edge(from, to, roads.lengths_m[i], graph);
+  std::vector<boost::default_color_type> colours(num_vertices(graph), boost::white_color);
+  const auto map_of = [&](auto& values) {
+    return boost::make_iterator_property_map(values.begin(), get(boost::vertex_index, graph));
+  };
+  run_boost(
+      state, graph,
+      [&](std::size_t v, std::vector<double>& distance, const Bound& bound) {
+        boost::dijkstra_shortest_paths_no_init(
+            graph, v, boost::dummy_property_map(), map_of(distance), get(boost::edge_weight, graph),
+            get(boost::vertex_index, graph), std::less<>(), std::plus<>(), 0.0, bound, map_of(colours));
+      },
+      [&](std::size_t v) { colours[v] = boost::white_color; });
 }
 
 void small_sizes(benchmark::internal::Benchmark* bench) {
@@ -168,9 +213,11 @@ void sizes(benchmark::internal::Benchmark* bench) {
   bench->Args({80, 10, dented_torus})->Args({80, 25, dented_torus});
 }
 BENCHMARK(boost_ball)->Apply(sizes);
+BENCHMARK(boost_ball_lists)->Apply(sizes);
 BENCHMARK_CAPTURE(plain, hop, Metric::hop)->Apply(sizes);
 BENCHMARK_CAPTURE(lanes, hop, Metric::hop, 1, true, 1)->Apply(sizes);
 BENCHMARK_CAPTURE(lanes, dijkstra, Metric::dijkstra, 1, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, dijkstra_sums, Metric::dijkstra, 1, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_sums, Metric::hop, 1, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_sums_ten_radii, Metric::hop, 10, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_ten_radii, Metric::hop, 10, true, 1)->Apply(small_sizes);

@@ -1,12 +1,13 @@
 // Approaches of placed grasps, by this project's planner and by RRT-Connect with shortcuts to the open and to
 // the closed hand, all under the same checker and the same certificate, in one run:
 //   motion_study FOLDER OUT.csv [--floating N] [--arm N] [--winding N] [--only a,b] [--seconds S] [--search
-//   aico] [--hand NAME]
+//   aico] [--hand NAME] [--rivals 0]
 // Grasps of every mesh of the folder come from remesh, balls, score and place. A problem is a grasp and a
 // start 0.3 m away in a random direction, turned by up to 0.8 rad, hand open; with the arm the start is what
 // the arm reaches of that. One CSV line a problem and planner; tables on stdout. CPU times are of this
 // thread. No clock decides anything but when
 // --seconds are used up: then the rest of the problems is left out, and the tables say how many there were.
+// --rivals 0 leaves the others out, for a profile of the planner.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -49,7 +50,7 @@ struct Options {
   std::string folder, csv, hand = "schunk_sdh";
   int floating = 400, arm = 100, winding = 40;
   double seconds = 1e9;
-  bool messages = false;
+  bool messages = false, rivals = true;
   std::vector<std::string> only;
 };
 
@@ -64,7 +65,7 @@ Options read_options(int argc, char** argv) {
     std::fprintf(
         stderr,
         "motion_study FOLDER OUT.csv [--floating N] [--arm N] [--winding N] [--only a,b] [--seconds S] "
-        "[--search gauss_newton|aico] [--hand NAME]\n");
+        "[--search gauss_newton|aico] [--hand NAME] [--rivals 0|1]\n");
     std::exit(2);
   }
   Options o;
@@ -84,6 +85,8 @@ Options read_options(int argc, char** argv) {
       o.seconds = std::stod(value);
     else if (key == "--hand")
       o.hand = value;
+    else if (key == "--rivals")
+      o.rivals = value != "0";
     else if (key == "--search")
       o.messages = value == "aico";
     else
@@ -358,8 +361,9 @@ struct Study {
         continue;
       }
       ++made;
-      const Answer all[] = {ours(*p), rrt_open(*p, i), rrt_closed(*p, i), search_alone(*p, i)};
-      for (int k = 0; k < 4; ++k) {
+      std::vector<Answer> all = {ours(*p)};
+      if (options.rivals) all.insert(all.end(), {rrt_open(*p, i), rrt_closed(*p, i), search_alone(*p, i)});
+      for (std::size_t k = 0; k < all.size(); ++k) {
         answers[k].push_back(all[k]);
         line(body, object, i, names[k], all[k], (p->goal.closing.back() - p->goal.start).norm());
       }
@@ -381,14 +385,14 @@ struct Study {
         "| planner | certified | 95 %% | of what any solves | CPU ms median | p98 | sweeps median | "
         "clearance mm median "
         "| length / ours | squared acceleration / ours |\n|---|---|---|---|---|---|---|---|---|---|\n");
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < 4 && !answers[k].empty(); ++k) {
       int hits = 0, any = 0;
       std::vector<double> ms, sweeps, clearance, length, effort;
       for (std::size_t i = 0; i < answers[k].size(); ++i) {
         const Answer &a = answers[k][i], &own = answers[0][i];
         hits += a.certified;
-        any += answers[0][i].certified || answers[1][i].certified || answers[2][i].certified ||
-               answers[3][i].certified;
+        any += std::any_of(answers, answers + 4,
+                           [i](const auto& list) { return i < list.size() && list[i].certified; });
         ms.push_back(a.ms);
         sweeps.push_back(a.sweeps);
         if (!a.certified) continue;
