@@ -50,7 +50,7 @@ struct FieldGrid {
   double near_m = 0.005;
 };
 
-/// Exact node distances by Embree closest-point queries (triangle distance in double), sign by flooding
+/// Exact node distances (nearest_of_eight.h, in double, kept as float), sign by flooding
 /// between nodes that no surface can part (|d_a| + |d_b| > |ab|) and a majority of first-hit facings of 5
 /// fixed rays per flooded part. How far a cell errs is told from the distances and their gradients at its
 /// corners. Precondition: closed, outward mesh; 1 <= refine <= 15. Same bytes for any thread count. O(N log

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "geometry/distance_field.h"
+#include "geometry/nearest_of_eight.h"
 #include "geometry/surface_distance.h"
 #include "pipeline/error.h"
 
@@ -11,10 +12,6 @@ namespace {
 
 constexpr int most_parts = 15;                                 // four bits
 constexpr std::size_t most_fine_nodes = std::size_t(1) << 28;  // the others of 32
-
-constexpr std::size_t few_triangles = 50;
-constexpr double most_gathered = 200;
-constexpr int brick = 4;  // nodes along a part of a block that shares its nearest triangles
 
 /// A box of lattice nodes, x fastest.
 struct Lattice {
@@ -28,21 +25,6 @@ struct Lattice {
     return x + std::ptrdiff_t(nodes[0]) * (y + std::ptrdiff_t(nodes[1]) * z);
   }
 };
-
-/// Unsigned distances of one layer of nodes and the triangles that are nearest; each search starts from the
-/// nearer of those of the nodes before it, along x and along y.
-void measure_layer(const SurfaceDistance& surface, const Lattice& lattice, int z, int first_guess,
-                   float* values, int* nearest) {
-  int guess = first_guess;
-  for (int y = 0; y < lattice.nodes[1]; ++y) {
-    const std::ptrdiff_t row = lattice.index(0, y, z);
-    if (y > 0) guess = nearest[row - lattice.nodes[0]];
-    for (int x = 0; x < lattice.nodes[0]; ++x) {
-      values[row + x] = static_cast<float>(surface.distance_m(lattice.at(x, y, z), guess));
-      nearest[row + x] = guess;
-    }
-  }
-}
 
 /// Gives the nodes of a lattice their signs. Two neighbours whose distances add up to more than the step
 /// between them can't have the surface between them: signs flood over such edges, and rays decide one node of
@@ -94,11 +76,40 @@ struct Measured {
   }
 };
 
-Measured measure_coarse(const SurfaceDistance& surface, const Lattice& lattice) {
+/// Unsigned distances of two layers of nodes, in twos along each axis; each search starts from what was
+/// nearest to its neighbours along x and y, the first from `guess`.
+void measure_layers(const NearestOfEight& search, const Lattice& lattice, int z, int guess,
+                    Measured& measured) {
+  NearestOfEight::Points eight;
+  std::array<std::ptrdiff_t, 8> node, before;
+  const auto& nodes = lattice.nodes;
+  for (int y = 0; y < lattice.nodes[1]; y += 2)
+    for (int x = 0; x < lattice.nodes[0]; x += 2) {
+      for (int k = 0; k < 8; ++k) {
+        const int at_x = std::min(x + (k & 1), nodes[0] - 1), at_y = std::min(y + (k >> 1 & 1), nodes[1] - 1),
+                  at_z = std::min(z + (k >> 2), nodes[2] - 1);
+        node[k] = lattice.index(at_x, at_y, at_z);
+        before[k] = lattice.index(x - 1, at_y, at_z);
+        eight.points_O[k] = lattice.at(at_x, at_y, at_z);
+      }
+      if (x == 0) {
+        eight.nearest.fill(y > 0 ? measured.nearest[lattice.index(0, y - 1, z)] : guess);
+      } else {
+        for (int k = 0; k < 8; ++k) eight.nearest[k] = measured.nearest[before[k]];
+      }
+      search.measure(eight);
+      for (int k = 0; k < 8; ++k) {
+        measured.values[node[k]] = static_cast<float>(eight.distance_m[k]);
+        measured.nearest[node[k]] = eight.nearest[k];
+      }
+    }
+}
+
+Measured measure_coarse(const SurfaceDistance& surface, const NearestOfEight& search,
+                        const Lattice& lattice) {
   Measured measured(lattice);
 #pragma omp parallel for schedule(dynamic, 1)
-  for (int z = 0; z < lattice.nodes[2]; ++z)
-    measure_layer(surface, lattice, z, 0, measured.values.data(), measured.nearest.data());
+  for (int z = 0; z < lattice.nodes[2]; z += 2) measure_layers(search, lattice, z, 0, measured);
   measured.give_signs(surface, lattice, std::vector<signed char>(measured.values.size(), 0));
   return measured;
 }
@@ -122,55 +133,13 @@ bool may_be_crossed(const std::array<float, 8>& corners, double cell_m) {
   return least <= diagonal / 2 && most <= diagonal;
 }
 
-/// Some nodes of a block, from `at` on. `candidates` are near the block; `near` is room for those near the
-/// brick.
-void measure_brick(const SurfaceDistance& surface, const Lattice& block,
-                   const SurfaceDistance::Near& candidates, const std::array<int, 3>& at,
-                   SurfaceDistance::Near& near, Measured& measured) {
-  std::array<int, 3> end;
-  for (int i = 0; i < 3; ++i) end[i] = std::min(at[i] + brick, block.nodes[i]);
-  const Vec3 low = block.at(at[0], at[1], at[2]), high = block.at(end[0] - 1, end[1] - 1, end[2] - 1);
-  surface.near_ball((low + high) / 2, (high - low).norm() / 2, candidates, near);
-  int nearest = near.triangles.front().triangle;
-  const bool few = near.triangles.size() <= few_triangles;  // else a search from the last one costs less
-  for (int z = at[2]; z < end[2]; ++z)
-    for (int y = at[1]; y < end[1]; ++y)
-      for (int x = at[0]; x < end[0]; ++x) {
-        const std::ptrdiff_t i = block.index(x, y, z);
-        const Vec3 p_O = block.at(x, y, z);
-        measured.values[i] = static_cast<float>(few ? surface.distance_m(p_O, near, nearest)
-                                                    : surface.distance_m(p_O, nearest));
-        measured.nearest[i] = nearest;
-      }
-}
-
-/// Whether so many triangles may be nearest to some point of a block that gathering them costs more than
-/// searching for each node: as many as a plane of them has within reach.
-bool is_crowded(double distance_m, double radius_m, double triangle_m2) {
-  const double reach_m = std::abs(distance_m) + 2 * radius_m;
-  return M_PI * (reach_m * reach_m - distance_m * distance_m) > most_gathered * triangle_m2;
-}
-
-/// The block of a coarse cell, `parts` along it; its corners keep the coarse nodes' signs. `triangle_m2` is
-/// the mean area of the surface's triangles.
-Measured measure_block(const SurfaceDistance& surface, const Lattice& block, double triangle_m2,
-                       const std::array<float, 8>& corners, int first_guess) {
+/// The block of a coarse cell; its corners keep the coarse nodes' signs.
+Measured measure_block(const SurfaceDistance& surface, const NearestOfEight& search, const Lattice& block,
+                       const std::array<float, 8>& corners, int guess) {
   const int n = block.nodes[0];
   Measured measured(block);
-  const double radius_m = std::sqrt(0.75) * (n - 1) * block.step_m;
-  if (is_crowded(corners[0], radius_m, triangle_m2)) {
-    for (int z = 0; z < n; ++z)
-      measure_layer(surface, block, z, z == 0 ? first_guess : measured.nearest[block.index(0, 0, z - 1)],
-                    measured.values.data(), measured.nearest.data());
-  } else {
-    const auto candidates = surface.near_ball(
-        block.at(0, 0, 0) + Vec3::Constant(0.5 * (n - 1) * block.step_m), radius_m, first_guess);
-    SurfaceDistance::Near near;
-    for (int z = 0; z < n; z += brick)
-      for (int y = 0; y < n; y += brick)
-        for (int x = 0; x < n; x += brick)
-          measure_brick(surface, block, candidates, {x, y, z}, near, measured);
-  }
+  for (int z = 0; z < n; z += 2)
+    measure_layers(search, block, z, z == 0 ? guess : measured.nearest[block.index(0, 0, z - 1)], measured);
   std::vector<signed char> sign(measured.values.size(), 0);
   for (int c = 0; c < 8; ++c)
     sign[block.index((c & 1) * (n - 1), (c >> 1 & 1) * (n - 1), (c >> 2) * (n - 1))] =
@@ -285,15 +254,15 @@ struct Parted {
 };
 
 /// A block's values, of `parts` along the cell, or of more where the block shows that they are too few.
-std::vector<float> measure_parted(const SurfaceDistance& surface, double triangle_m2, const Judge& judge,
-                                  const Lattice& coarse, const Measured& measured, Parted& cell) {
+std::vector<float> measure_parted(const SurfaceDistance& surface, const NearestOfEight& search,
+                                  const Judge& judge, const Lattice& coarse, const Measured& measured,
+                                  Parted& cell) {
   const auto [x, y, z] = cell.at;
   const auto corners = corners_of(coarse, measured.values, x, y, z);
   for (bool again = false;; again = true) {
     const int n = cell.parts + 1;
     const Lattice block{coarse.at(x, y, z), coarse.step_m / cell.parts, {n, n, n}};
-    Measured fine =
-        measure_block(surface, block, triangle_m2, corners, measured.nearest[coarse.index(x, y, z)]);
+    Measured fine = measure_block(surface, search, block, corners, measured.nearest[coarse.index(x, y, z)]);
     if (again || cell.parts == most_parts) return std::move(fine.values);
     const int more = judge.parts(block, fine);
     if (more == 1) return std::move(fine.values);
@@ -313,10 +282,10 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
   for (int i = 0; i < 3; ++i) field.nodes[i] = static_cast<int>(std::ceil(size[i] / field.cell_m - 1e-9)) + 1;
 
   const SurfaceDistance surface(mesh);
-  const double triangle_m2 = report.area_m2 / static_cast<double>(mesh.triangles.size());
+  const NearestOfEight search(mesh);
   const Judge judge(surface, grid);
   const Lattice coarse{field.origin, field.cell_m, field.nodes};
-  Measured measured = measure_coarse(surface, coarse);
+  Measured measured = measure_coarse(surface, search, coarse);
 
   const std::array<int, 3> cells = {field.nodes[0] - 1, field.nodes[1] - 1, field.nodes[2] - 1};
   std::vector<std::vector<Parted>> of_layer(static_cast<std::size_t>(cells[2]));
@@ -335,7 +304,7 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
   std::vector<std::vector<float>> blocks(parted.size());
 #pragma omp parallel for schedule(dynamic, 64)
   for (std::size_t b = 0; b < parted.size(); ++b)
-    blocks[b] = measure_parted(surface, triangle_m2, judge, coarse, measured, parted[b]);
+    blocks[b] = measure_parted(surface, search, judge, coarse, measured, parted[b]);
 
   std::size_t nodes = 0;
   for (const auto& block : blocks) nodes += block.size();

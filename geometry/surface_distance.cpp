@@ -61,8 +61,7 @@ struct SurfaceDistance::Query {
   Vec3 p;
   double best2;
   int nearest;
-  std::vector<Near::Triangle>* all = nullptr;  ///< takes all that are nearer than best2, which stays
-  const Vec3* facing = nullptr;                ///< only triangles that face this way count
+  const Vec3* facing = nullptr;  ///< only triangles that face this way count
   double least_cos = 0;
 };
 
@@ -94,55 +93,6 @@ double SurfaceDistance::distance_m(const Vec3& p_O, int& nearest) const {
   return std::sqrt(query.best2);
 }
 
-namespace {
-void sort_near(std::vector<SurfaceDistance::Near::Triangle>& triangles) {
-  std::sort(triangles.begin(), triangles.end(), [](const auto& a, const auto& b) {
-    return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.triangle < b.triangle;
-  });
-}
-}  // namespace
-
-SurfaceDistance::Near SurfaceDistance::near_ball(const Vec3& center_O, double radius_m, int nearest) const {
-  const double limit = distance_m(center_O, nearest) + 2 * radius_m + slack_m_;
-  Near near{center_O, {}};
-  Query query{this, center_O - center_, limit * limit, nearest, &near.triangles};
-  search(query);
-  sort_near(near.triangles);
-  return near;
-}
-
-void SurfaceDistance::near_ball(const Vec3& center_O, double radius_m, const Near& among, Near& found) const {
-  const Vec3 p = center_O - center_;
-  found.center_O = center_O;
-  found.triangles.clear();
-  double least = infinity;
-  for (const Near::Triangle& t : among.triangles) {
-    // No nearer to this centre than to that one less the way between them.
-    if (t.distance_m > least + 2 * radius_m + slack_m_ + (center_O - among.center_O).norm()) break;
-    const double distance = std::sqrt(facets_[t.triangle].distance2(p, infinity));
-    least = std::min(least, distance);
-    found.triangles.push_back({distance, t.triangle});
-  }
-  std::erase_if(found.triangles,
-                [&](const Near::Triangle& t) { return t.distance_m > least + 2 * radius_m + slack_m_; });
-  sort_near(found.triangles);
-}
-
-double SurfaceDistance::distance_m(const Vec3& p_O, const Near& near, int& nearest) const {
-  const Vec3 p = p_O - center_;
-  const double away = (p_O - near.center_O).norm() + slack_m_;
-  double best2 = facets_[nearest].distance2(p, infinity), far = std::sqrt(best2) + away;
-  for (const Near::Triangle& t : near.triangles) {
-    if (t.distance_m > far) break;
-    const double d2 = facets_[t.triangle].distance2(p, best2);
-    if (d2 >= best2) continue;
-    best2 = d2;
-    far = std::sqrt(best2) + away;
-    nearest = t.triangle;
-  }
-  return std::sqrt(best2);
-}
-
 SurfaceDistance::Foot SurfaceDistance::foot(const Vec3& p_O, int& nearest) const {
   const double distance = distance_m(p_O, nearest);
   return {facets_[nearest].nearest_point(p_O - center_) + center_, distance};
@@ -154,8 +104,7 @@ std::optional<SurfaceDistance::Foot> SurfaceDistance::foot_facing(const Vec3& p_
   const Vec3 p = p_O - center_;
   const double limit2 = within_m * within_m;
   const bool faces = facets_[nearest].normal.dot(normal_O) > least_cos;
-  Query query{this,      p,        faces ? facets_[nearest].distance2(p, limit2) : limit2, nearest, nullptr,
-              &normal_O, least_cos};
+  Query query{this, p, faces ? facets_[nearest].distance2(p, limit2) : limit2, nearest, &normal_O, least_cos};
   search(query);
   if (query.best2 >= limit2) return {};
   nearest = query.nearest;
@@ -203,10 +152,6 @@ bool SurfaceDistance::visit_triangle(RTCPointQueryFunctionArguments* arguments) 
   if (query.facing && !(facet.normal.dot(*query.facing) > query.least_cos)) return false;
   const double d2 = facet.distance2(query.p, query.best2);
   if (d2 >= query.best2) return false;
-  if (query.all) {
-    query.all->push_back({std::sqrt(d2), static_cast<int>(arguments->primID)});
-    return false;
-  }
   query.best2 = d2;
   query.nearest = static_cast<int>(arguments->primID);
   arguments->query->radius = query.surface->search_radius(d2);

@@ -30,23 +30,6 @@ class SurfaceDistance {
   /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest.
   double distance_m(const Vec3& p_O, int& nearest) const;
 
-  /// A ball, and the triangles that may be nearest to one of its points: no farther from its centre than the
-  /// nearest one is, plus twice the radius.
-  struct Near {
-    Vec3 center_O;
-    struct Triangle {
-      double distance_m;  ///< of the centre
-      int triangle;
-    };
-    std::vector<Triangle> triangles;  ///< nearest first
-  };
-  /// `nearest` comes in as any triangle, best one near the ball.
-  Near near_ball(const Vec3& center_O, double radius_m, int nearest) const;
-  /// Of a ball inside the one that `among` was found for; `found` is made anew. O(among).
-  void near_ball(const Vec3& center_O, double radius_m, const Near& among, Near& found) const;
-  /// As above, of a point of the ball; O(1) when it is as small as its triangles.
-  double distance_m(const Vec3& p_O, const Near& near, int& nearest) const;
-
   struct Foot {
     Vec3 point_O;
     double distance_m;

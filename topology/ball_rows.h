@@ -92,9 +92,4 @@ struct MaskRange {
 /// Abel's way: prefix sums over the order, taken where runs of a mask begin and end.
 void lane_sums(const SumInput& input, int radii, const MaskRange* masks, double* sums);
 
-/// Names of the instruction sets that this machine has, best first, and a way to force one of them in tests
-/// ("" gives the choice back).
-int instruction_sets(const char** names, int most);
-void force_instruction_set(const char* name);
-
 }  // namespace geocage::topology

@@ -27,13 +27,15 @@ BallFields BallFields::of_size(std::size_t vertices, double radius_m) {
 std::vector<double> angle_defects_rad(const TriangleMesh& mesh) {
   std::vector<std::array<double, 3>> angles(mesh.triangles.size());
 #pragma omp parallel for schedule(static)
-  for (std::size_t f = 0; f < angles.size(); ++f)
-    for (int i = 0; i < 3; ++i) {
-      const auto& t = mesh.triangles[f];
-      const Vec3 u = mesh.vertices[t[(i + 1) % 3]] - mesh.vertices[t[i]];
-      const Vec3 v = mesh.vertices[t[(i + 2) % 3]] - mesh.vertices[t[i]];
-      angles[f][i] = std::atan2(u.cross(v).norm(), u.dot(v));
-    }
+  for (std::size_t f = 0; f < angles.size(); ++f) {
+    const auto& t = mesh.triangles[f];
+    Vec3 side[3];  // side i from corner i to the next one
+    for (int i = 0; i < 3; ++i) side[i] = mesh.vertices[t[(i + 1) % 3]] - mesh.vertices[t[i]];
+    const double twice_area = side[0].cross(side[1]).norm();
+    angles[f][0] = std::atan2(twice_area, -side[0].dot(side[2]));
+    angles[f][1] = std::atan2(twice_area, -side[1].dot(side[0]));
+    angles[f][2] = M_PI - angles[f][0] - angles[f][1];
+  }
   std::vector<double> defects(mesh.vertices.size(), 2 * M_PI);
   for (std::size_t f = 0; f < angles.size(); ++f)
     for (int i = 0; i < 3; ++i) defects[mesh.triangles[f][i]] -= angles[f][i];

@@ -11,6 +11,7 @@
 #include <omp.h>
 
 #include "datasets/shapes.h"
+#include "geometry/instruction_sets.h"
 #include "topology/ball_mesh.h"
 #include "topology/ball_region.h"
 #include "topology/ball_rows.h"
@@ -170,17 +171,17 @@ bool same_bytes(const BallFields& a, const BallFields& b) {
 TEST(LaneBalls, SameBytesForEveryInstructionSetAndThreadCount) {
   const auto mesh = knot(200, 14);
   const char* names[8];
-  const int sets = instruction_sets(names, 8);
+  const int sets = geometry::instruction_sets(names, 8);
   ASSERT_GE(sets, 1);
   for (const Metric metric : {Metric::hop, Metric::dijkstra}) {
     const auto wanted = lane_ball_fields(mesh, {0.9, 2.1}, metric, {});
     for (int i = 0; i < sets; ++i) {
-      force_instruction_set(names[i]);
+      geometry::force_instruction_set(names[i]);
       omp_set_num_threads(1 + i % 2);
       const auto got = lane_ball_fields(mesh, {0.9, 2.1}, metric, {});
       for (int q = 0; q < 2; ++q) EXPECT_TRUE(same_bytes(got.radii[q], wanted.radii[q])) << names[i];
     }
-    force_instruction_set("");
+    geometry::force_instruction_set("");
     omp_set_num_threads(2);
   }
 }
