@@ -156,6 +156,8 @@ HWY_INLINE std::uint32_t step(const StepInput& input, const std::uint64_t* first
   hn::Store(end1, w, lanes.ends[1]);
   hn::Store(v, d, lanes.v);
   hn::Store(next, w, lanes.half_edge);
+  for (int l = 0; l < width; ++l)  // needed when the other groups have had their steps
+    if (lanes.half_edge[l] != nowhere) __builtin_prefetch(records + 2 * lanes.half_edge[l]);
   const std::uint32_t homes = bits_of(hn::RebindMask(d, home)) & lanes.active;
   for (std::uint32_t left = homes; left; left &= left - 1)
     lanes.walk[std::countr_zero(left)]->tip->closed = true;

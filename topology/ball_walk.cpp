@@ -301,15 +301,17 @@ void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
   task.winding_rad = task.accumulated_rad = std::nan("");
   double least = std::numeric_limits<double>::infinity();
   std::unordered_set<Crossing> walked;
-  std::unordered_set<int> seen{task.source};
-  std::vector<int> queue{task.source};
+  seen_.resize(static_cast<std::size_t>(mesh_.count));
+  queue_.assign(1, task.source);
+  seen_[task.source] = 1;
   std::vector<Crossing> all;
-  for (std::size_t head = 0; head < queue.size(); ++head) {
-    const int v = queue[head];
+  for (std::size_t head = 0; head < queue_.size(); ++head) {
+    const int v = queue_[head];
     for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
       const int neighbour = mesh_.links.neighbour[i], half_edge = mesh_.links.half_edge[i];
       if (!task.ball.has(neighbour)) continue;
-      if (seen.insert(neighbour).second) queue.push_back(neighbour);
+      if (!seen_[neighbour]) queue_.push_back(neighbour);
+      seen_[neighbour] = 1;
       if (half_edge < 0 || !crosses(plane, v, neighbour)) continue;
       if (walked.count(crossing(v, neighbour)) || walked.count(crossing(neighbour, v))) continue;
       if (!bounds_triangle(task.ball, half_edge)) continue;
@@ -325,6 +327,7 @@ void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
       take_angles(walk, task);
     }
   }
+  for (int v : queue_) seen_[v] = 0;
 }
 
 void SectionWalker::measure(std::vector<CutTask>& tasks) {

@@ -74,6 +74,8 @@ class SectionWalker {
   const VertexGrid& grid_;
   std::vector<Walk> walks_;
   std::vector<SectionSteps> steps_;
+  std::vector<char> seen_;  ///< in the queue, while a ball is searched whole
+  std::vector<int> queue_;
 };
 
 /// Vertices by the cells of a cubic grid of about two edges' length, at most four cells a vertex.

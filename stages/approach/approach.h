@@ -52,6 +52,6 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
                                const geometry::PointCloud& support_cloud,
                                const geometry::SignedDistanceField& others, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage approach_stage{"approach", 6, &approach};
+inline constexpr pipeline::Stage approach_stage{"approach", 7, &approach};
 
 }  // namespace geocage::stages
