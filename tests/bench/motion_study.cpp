@@ -20,6 +20,7 @@
 
 #include <time.h>
 
+#include "geometry/median.h"
 #include "hands/arm.h"
 #include "hands/closing.h"
 #include "motion/approach.h"
@@ -406,8 +407,9 @@ struct Study {
       const auto w = reports::wilson(hits, static_cast<int>(answers[k].size()));
       std::printf(
           "| %s | %d | %.1f to %.1f %% | %d / %d | %.2f | %.1f | %.0f | %.1f | ours is %.3f | %.3f |\n",
-          names[k], hits, 100 * w.low, 100 * w.high, hits, any, quantile(ms, 0.5), quantile(ms, 0.98),
-          quantile(sweeps, 0.5), quantile(clearance, 0.5), quantile(length, 0.5), quantile(effort, 0.5));
+          names[k], hits, 100 * w.low, 100 * w.high, hits, any, geometry::median(ms), quantile(ms, 0.98),
+          geometry::median(sweeps), geometry::median(clearance), geometry::median(length),
+          geometry::median(effort));
     }
     std::map<std::string, int> planners;
     for (const Answer& a : answers[0]) ++planners[a.planner];
@@ -447,7 +449,8 @@ struct Study {
       for (std::size_t with = 0; with < 3; ++with)
         if (!cost[with].empty())
           std::printf("| %s | %s | %d / %d | %.1f | %.1f |\n", object.name.c_str(), names[with],
-                      certified[with], count, quantile(clearance[with], 0.5), quantile(cost[with], 0.5));
+                      certified[with], count, geometry::median(clearance[with]),
+                      geometry::median(cost[with]));
       std::fflush(stdout);
     }
   }
