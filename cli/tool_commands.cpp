@@ -277,8 +277,15 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   if (hand.net)
     throw UserError(Fault::input, options.grasp.string(), "a net of points can't be evaluated",
                     "its blocked share is in the grasp's scores");
-  for (const auto& grasp : grasps.grasps)
+  if (grasps.grasps.empty())
+    throw UserError(Fault::input, options.grasp.string(), "it holds no grasp", "give one that holds some");
+  for (const auto& grasp : grasps.grasps) {
+    if (grasp.hand != hand.name)
+      throw UserError(Fault::input, options.grasp.string(),
+                      fmt::format("it holds a grasp for the hand '{}', not '{}'", grasp.hand, hand.name),
+                      "say --hand " + grasp.hand);
     hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
+  }
   const auto mesh = closed_mesh(options.mesh, options.unit);
   pipeline::Run run;
   const std::string where = options.mesh.string() + ", " + options.grasp.string();

@@ -48,13 +48,15 @@ struct FieldGrid {
   /// there by about this (at most 15 parts along a coarse cell); 0: no cell is parted for it.
   double error_m = 2.5e-4;
   double near_m = 0.005;
+  double inside_error_m = 4e-4;  ///< the same for points inside
 };
 
 /// Exact node distances (nearest_of_eight.h, in double, kept as float), sign by flooding
 /// between nodes that no surface can part (|d_a| + |d_b| > |ab|) and a majority of first-hit facings of 5
 /// fixed rays per flooded part. How far a cell errs is told from the distances and their gradients at its
-/// corners. Precondition: closed, outward mesh; 1 <= refine <= 15. Same bytes for any thread count. O(N log
-/// F) for N nodes. Errors: UserError (geometry) when the blocks had more than 2^28 nodes.
+/// corners, and in a coarse one from what its middle and the middles of its faces are off. Precondition:
+/// closed, outward mesh; 1 <= refine <= 15. Same bytes for any thread count. O(N log F) for N nodes. Errors:
+/// UserError (geometry) when the blocks had more than 2^28 nodes.
 SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGrid& grid);
 
 /// The point of triangle abc nearest to p; a triangle without area counts as its edges.

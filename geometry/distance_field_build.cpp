@@ -153,7 +153,7 @@ Measured measure_block(const SurfaceDistance& surface, const NearestOfEight& sea
 /// chord: the error at a ridge between two walls, and twice that of a parabola. Edges along the three axes
 /// add up.
 struct Bend {
-  double ridge_m = 0;  ///< where slopes fall; halves with the cell's side
+  double ridge_m = 0;  ///< where slopes of the distance to the surface fall; halves with the cell's side
   double round_m = 0;  ///< where they rise, as in front of an edge or a corner; quarters with it
 
   /// Parts along the cell until this comes down to `error_m`.
@@ -168,22 +168,25 @@ struct Bend {
 /// Which cells are too coarse.
 class Judge {
  public:
-  Judge(const SurfaceDistance& surface, const FieldGrid& grid) : surface_(surface), grid_(grid) {}
+  Judge(const SurfaceDistance& surface, const NearestOfEight& search, const FieldGrid& grid)
+      : surface_(surface), search_(search), grid_(grid) {}
 
   /// Parts along a cell of a lattice, whose corner nearest to the origin is (x, y, z); 1 when it is fine as
   /// it is.
   int parts(const Lattice& lattice, const Measured& measured, int x, int y, int z, bool crossed) const {
-    if (grid_.error_m <= 0) return 1;
+    if (nothing_asked()) return 1;
     const auto corners = corners_of(lattice, measured.values, x, y, z);
     if (!matters(corners, lattice.step_m)) return 1;
     std::array<Vec3, 8> slopes;
     for (int c = 0; c < 8; ++c)
       slopes[c] = slope(lattice, measured, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
-    return bend(corners, slopes, lattice.step_m).parts(grid_.error_m, crossed);
+    const int told = parts(corners, slopes, lattice.step_m, crossed);
+    return told > 1 || crossed ? told
+                               : looked(lattice, corners, x, y, z, measured.nearest[lattice.index(x, y, z)]);
   }
   /// The most parts along a cell of a block.
   int parts(const Lattice& block, const Measured& measured) const {
-    if (grid_.error_m <= 0) return 1;
+    if (nothing_asked()) return 1;
     std::vector<Vec3> slopes(measured.values.size());
     for (int z = 0; z < block.nodes[2]; ++z)
       for (int y = 0; y < block.nodes[1]; ++y)
@@ -198,17 +201,56 @@ class Judge {
           std::array<Vec3, 8> around;
           for (int c = 0; c < 8; ++c)
             around[c] = slopes[block.index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
-          const bool crossed = may_be_crossed(corners, block.step_m);
-          most = std::max(most, bend(corners, around, block.step_m).parts(grid_.error_m, crossed));
+          most = std::max(most, parts(corners, around, block.step_m, may_be_crossed(corners, block.step_m)));
         }
     return most;
   }
 
  private:
-  /// Whether points of the cell are outside and near.
+  bool nothing_asked() const { return grid_.error_m <= 0 && grid_.inside_error_m <= 0; }
+  /// Whether points of the cell are near, on a side that is asked for.
   bool matters(const std::array<float, 8>& corners, double side_m) const {
     const auto [least, most] = std::minmax_element(corners.begin(), corners.end());
-    return *most > 0 && *least <= grid_.near_m + side_m / 2;
+    const double near_m = grid_.near_m + side_m / 2;
+    return (grid_.error_m > 0 && *most > 0 && *least <= near_m) ||
+           (grid_.inside_error_m > 0 && *least < 0 && *most >= -near_m);
+  }
+  int parts(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m,
+            bool crossed) const {
+    const auto [low, high] = std::minmax_element(corners.begin(), corners.end());
+    int most = 1;
+    if (grid_.error_m > 0 && *high > 0)
+      most = bend(corners, slopes, side_m, false).parts(grid_.error_m, crossed);
+    if (grid_.inside_error_m > 0 && *low < 0)
+      most = std::max(most, bend(corners, slopes, side_m, true).parts(grid_.inside_error_m, crossed));
+    return most;
+  }
+
+  /// Parts along a cell that the surface does not cross, by the error in its middle and amid its faces: a
+  /// ridge along a diagonal leaves corners as if there were none.
+  int looked(const Lattice& lattice, const std::array<float, 8>& corners, int x, int y, int z,
+             int guess) const {
+    const bool inside = corners[0] < 0;
+    const double asked_m = inside ? grid_.inside_error_m : grid_.error_m;
+    if (asked_m <= 0) return 1;
+    NearestOfEight::Points points;
+    points.nearest.fill(guess);
+    std::array<double, 8> between{};
+    for (int k = 0; k < 8; ++k) {  // the middle is the seventh, and the eighth
+      Vec3 at = Vec3::Constant(0.5);
+      if (k < 6) at[k / 2] = k % 2;
+      points.points_O[k] = lattice.at(x, y, z) + lattice.step_m * at;
+      for (int c = 0; c < 8; ++c) {
+        double weight = corners[c];
+        for (int axis = 0; axis < 3; ++axis) weight *= c >> axis & 1 ? at[axis] : 1 - at[axis];
+        between[k] += weight;
+      }
+    }
+    search_.measure(points);
+    double off_m = 0;
+    for (int k = 0; k < 8; ++k)
+      off_m = std::max(off_m, std::abs(std::abs(between[k]) - points.distance_m[k]));
+    return static_cast<int>(std::ceil(std::clamp<double>(off_m / asked_m, 1, most_parts)));
   }
 
   /// Gradient of the signed distance at a node.
@@ -223,18 +265,21 @@ class Judge {
     return normal.allFinite() ? normal : Vec3::Zero();
   }
 
-  static Bend bend(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m) {
+  /// Of the edges that are inside, or of the others.
+  static Bend bend(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m,
+                   bool inside) {
     Bend bend;
     for (int axis = 0; axis < 3; ++axis) {
       double ridge_m = 0, round_m = 0;
       for (int c = 0; c < 8; ++c) {
         if (c >> axis & 1) continue;
         const int d = c | 1 << axis;
-        if (corners[c] <= 0 && corners[d] <= 0) continue;  // inside nobody asks
+        if ((corners[c] <= 0 && corners[d] <= 0) != inside) continue;
         const double chord = (corners[d] - corners[c]) / side_m;
         const double at_c = std::abs(slopes[c][axis] - chord), at_d = std::abs(chord - slopes[d][axis]);
         const double off_m = at_c + at_d > 0 ? side_m * at_c * at_d / (at_c + at_d) : 0;
-        double& most = slopes[c][axis] > slopes[d][axis] ? ridge_m : round_m;
+        const bool falls = slopes[c][axis] > slopes[d][axis];  // of the signed distance
+        double& most = falls != inside ? ridge_m : round_m;
         most = std::max(most, off_m);
       }
       bend.ridge_m += ridge_m;
@@ -244,6 +289,7 @@ class Judge {
   }
 
   const SurfaceDistance& surface_;
+  const NearestOfEight& search_;
   const FieldGrid& grid_;
 };
 
@@ -283,7 +329,7 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
 
   const SurfaceDistance surface(mesh);
   const NearestOfEight search(mesh);
-  const Judge judge(surface, grid);
+  const Judge judge(surface, search, grid);
   const Lattice coarse{field.origin, field.cell_m, field.nodes};
   Measured measured = measure_coarse(surface, search, coarse);
 

@@ -12,7 +12,7 @@ namespace geocage::geometry {
 
 namespace {
 
-constexpr int leaf = 2;  // triangles
+constexpr int leaf = 4;  // triangles
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Rows: the axes along which the corners spread, least first.

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string>
 #include <system_error>
+#include <unordered_map>
 
 #include <octomap/octomap.h>
 #include <omp.h>
@@ -26,9 +27,41 @@ class KeptThreadCount {
   const int count_ = omp_get_max_threads();
 };
 
+/// One view. A ray of each cell where rays end stands for them all: where fewer than the share of the rays
+/// that come into a cell end there, they are a sensor's noise and the cell is passed.
+void insert(octomap::OcTree& tree, const octomap::Pointcloud& ends, const octomap::point3d& origin,
+            double least_end_share) {
+  if (least_end_share == 0) {
+    tree.insertPointCloud(ends, origin, -1, true, true);
+    return;
+  }
+  struct Rays {
+    std::size_t ending = 0, passing = 0;
+  };
+  std::unordered_map<octomap::OcTreeKey, Rays, octomap::OcTreeKey::KeyHash> cells;
+  for (const octomap::point3d& end : ends) ++cells[tree.coordToKey(end)].ending;
+  octomap::KeySet passed;
+  octomap::KeyRay ray;
+  for (const auto& [end, rays] : cells) {
+    if (!tree.computeRayKeys(origin, tree.keyToCoord(end), ray)) continue;
+    for (const octomap::OcTreeKey& key : ray) {
+      if (const auto cell = cells.find(key); cell != cells.end())
+        cell->second.passing += rays.ending;
+      else
+        passed.insert(key);
+    }
+  }
+  for (const octomap::OcTreeKey& key : passed) tree.updateNode(key, false, true);
+  for (const auto& [key, rays] : cells)
+    tree.updateNode(
+        key,
+        static_cast<double>(rays.ending) >= least_end_share * static_cast<double>(rays.ending + rays.passing),
+        true);
+}
+
 }  // namespace
 
-Occupancy map_of_rays(const PointCloud& cloud, double resolution_m) {
+Occupancy map_of_rays(const PointCloud& cloud, double resolution_m, double least_end_share) {
   const KeptThreadCount kept;
   Occupancy map{std::make_shared<octomap::OcTree>(resolution_m)};
   if (cloud.sensor_origins.empty() || cloud.view.empty()) {
@@ -37,7 +70,7 @@ Occupancy map_of_rays(const PointCloud& cloud, double resolution_m) {
     std::vector<octomap::Pointcloud> scans(cloud.sensor_origins.size());
     for (std::size_t i = 0; i < cloud.size(); ++i) scans[cloud.view[i]].push_back(octo(cloud.points[i]));
     for (std::size_t v = 0; v < scans.size(); ++v)
-      map.tree->insertPointCloud(scans[v], octo(cloud.sensor_origins[v]), -1, true, true);
+      insert(*map.tree, scans[v], octo(cloud.sensor_origins[v]), least_end_share);
   }
   map.tree->updateInnerOccupancy();
   map.tree->toMaxLikelihood();  // what a .bt file keeps

@@ -21,8 +21,9 @@ struct Occupancy {
 
 /// Cells that a ray from its sensor passed are free, cells where one ended are occupied, all others unknown.
 /// Within one view an end wins over a pass. Points without a known sensor mark their cells occupied and free
-/// nothing.
-Occupancy map_of_rays(const PointCloud& cloud, double resolution_m);
+/// nothing. With a `least_end_share` an end wins only where so many of the view's rays that come into a cell
+/// end there: a sensor's noise leaves few before a surface, which all others pass; 0 asks nothing.
+Occupancy map_of_rays(const PointCloud& cloud, double resolution_m, double least_end_share = 0);
 
 Space space_at(const Occupancy& map, const Vec3& p_O);
 

@@ -27,32 +27,6 @@ std::string_view name_of(ApproachOutcome outcome) {
   return "";
 }
 
-double length_of(const Path& path) {
-  double length = 0;
-  for (std::size_t t = 1; t < path.size(); ++t) length += (path[t] - path[t - 1]).norm();
-  return length;
-}
-
-Path respaced(const Path& path, int steps) {
-  const double length = length_of(path);
-  Path even = {path.front()};
-  double before = 0;  // of the corner `at`
-  std::size_t at = 0;
-  for (int t = 1; t < steps; ++t) {
-    const double wanted = length * t / steps;
-    double piece = (path[at + 1] - path[at]).norm();
-    while (before + piece < wanted && at + 2 < path.size()) {
-      before += piece;
-      ++at;
-      piece = (path[at + 1] - path[at]).norm();
-    }
-    const double share = piece > 0 ? std::clamp((wanted - before) / piece, 0.0, 1.0) : 0;
-    even.push_back(path[at] + share * (path[at + 1] - path[at]));
-  }
-  even.push_back(path.back());
-  return even;
-}
-
 ApproachPlanner::ApproachPlanner(const Mover& mover, const Obstacles& obstacles,
                                  std::vector<std::pair<int, int>> self_pairs, const ApproachRule& rule)
     : mover_(mover),
@@ -232,39 +206,10 @@ bool ApproachPlanner::improve(const Path& way, const Path& rest, const char* clo
   return false;
 }
 
-/// Straight pieces in place of waypoints before `last`, long ones first; they stay as many.
-void ApproachPlanner::cut_corners(Path& path, std::size_t last) {
-  const double worth = 0.003 * length_of(path);
-  std::vector<double> along(last + 1, 0);
-  const auto measure = [&](std::size_t from) {
-    for (std::size_t t = from + 1; t <= last; ++t) along[t] = along[t - 1] + (path[t] - path[t - 1]).norm();
-  };
-  measure(0);
-  for (std::size_t stride = last; stride > 2; stride = (stride + 1) / 2)
-    for (std::size_t i = 0; i + stride <= last; i += stride / 2) {
-      const VectorXd from = path[i], to = path[i + stride];
-      if (along[i + stride] - along[i] - (to - from).norm() < worth) continue;
-      if (!prover_.frees({from, to}, cut_tolerance_)) continue;
-      for (std::size_t k = 1; k < stride; ++k)
-        path[i + k] = from + static_cast<double>(k) / static_cast<double>(stride) * (to - from);
-      measure(i);
-    }
-}
-
 void ApproachPlanner::shorten(ApproachPlan& plan) {
   Path path = plan.path;
   std::size_t free = plan.free;
-  cut_corners(path, free - 1);
-  for (std::size_t quarter = 0; quarter < 4; ++quarter) {
-    const std::size_t i = (free - 1) * quarter / 4;
-    const Path straight = {path[i], path.back()};
-    if (!prover_.frees(straight, closing_tolerance_)) continue;
-    const Path pieces = respaced(straight, static_cast<int>(path.size() - i) - 1);
-    path.resize(i);
-    path.insert(path.end(), pieces.begin(), pieces.end());
-    free = i + 1 + static_cast<std::size_t>(prover_.check(pieces, cut_tolerance_).steps);
-    break;
-  }
+  Shortcuts(prover_, {cut_tolerance_, closing_tolerance_}).shorten(path, free);
   const double length = length_of(path);
   if (length >= plan.length) return;
   const auto begin = path.begin() + static_cast<std::ptrdiff_t>(free) - 1;

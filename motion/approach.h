@@ -7,13 +7,12 @@
 #include "motion/certificate.h"
 #include "motion/gauss_newton.h"
 #include "motion/rrt_connect.h"
+#include "motion/shortcuts.h"
 
 namespace geocage::motion {
 
-using Path = std::vector<Eigen::VectorXd>;
-
 struct ApproachRule {
-  int steps = 50;           ///< of the free part
+  int steps = 32;           ///< of the free part
   int closing_steps = 20;   ///< of closing, at least
   double retreat_m = 0.12;  ///< from here on a scripted way is straight along the approach
   double margin_m = 0.012;  ///< the path is pushed off surfaces nearer than this; fades over the last quarter
@@ -65,11 +64,6 @@ struct ApproachPlan {
   double seed_length = 0, length = 0;  ///< in units of the state
 };
 
-/// Sum of |x_{t+1} - x_t|.
-double length_of(const Path& path);
-/// Points of a polyline at equal distances along it, its ends included.
-Path respaced(const Path& path, int steps);
-
 /// Ways of one body among one set of obstacles. A search shortens and smooths a scripted way whose fingers
 /// close as they go, to a posture that is the closed one opened until it keeps `wrap_clearance_m`; from there
 /// they close straight. Where that is not proven, reliability first: a way of the open hand, scripted or by
@@ -110,9 +104,8 @@ class ApproachPlanner {
   bool improve(const Path& way, const Path& rest, const char* closing, ApproachPlan& plan);
   Path way_of(const ApproachGoal& goal) const;
   ApproachPlan found(const ApproachGoal& goal, bool sampling);
-  /// Closing begins as early as one straight piece to the closed hand is proven, then corners are cut.
+  /// Where shorter pieces are proven (Shortcuts).
   void shorten(ApproachPlan& plan);
-  void cut_corners(Path& path, std::size_t last);
   bool within_limits(const Path& path) const;
 
   const Mover& mover_;

@@ -157,15 +157,31 @@ double Prover::near_travel_m(int capsule, const VectorXd& change) const {
   return by_joints + by_base_m(change, reach_m_[capsule] + by_joints);
 }
 
-/// A lower bound of the distance along the axis; pieces are halved until they reach `need_m` or can't.
+/// A lower bound of the distance between two points of an axis, from that at both: pieces are halved until
+/// they reach `need_m` or can't.
+double Prover::least_between_m(const DistanceBound& obstacle, int what, const Vec3& a, double at_a_m,
+                               const Vec3& b, double at_b_m, double need_m, Seen& seen) const {
+  const double length = (b - a).norm(), least = (at_a_m + at_b_m - length) / 2;
+  if (least >= need_m || std::min(at_a_m, at_b_m) < need_m || length < least_piece_m) return least;
+  const Vec3 middle = (a + b) / 2;
+  const double d = obstacle.at_least_m(middle);
+  seen.take(d, what);
+  const double first = least_between_m(obstacle, what, a, at_a_m, middle, d, need_m, seen);
+  if (first < need_m) return std::min(first, (d + at_b_m - length / 2) / 2);
+  return std::min(first, least_between_m(obstacle, what, middle, d, b, at_b_m, need_m, seen));
+}
+
 double Prover::least_on_axis_m(const DistanceBound& obstacle, int what, const Vec3& a, const Vec3& b,
                                double need_m, Seen& seen) const {
   const Vec3 middle = (a + b) / 2;
   const double half = (b - a).norm() / 2, d = obstacle.at_least_m(middle);
   seen.take(d, what);
   if (d - half >= need_m || d < need_m || half < least_piece_m) return d - half;
-  return std::min(least_on_axis_m(obstacle, what, a, middle, need_m, seen),
-                  least_on_axis_m(obstacle, what, middle, b, need_m, seen));
+  const double at_a = obstacle.at_least_m(a), at_b = obstacle.at_least_m(b);
+  seen.take(at_a, what);
+  seen.take(at_b, what);
+  return std::min(least_between_m(obstacle, what, a, at_a, middle, d, need_m, seen),
+                  least_between_m(obstacle, what, middle, d, b, at_b, need_m, seen));
 }
 
 double Prover::at_least_m(int capsule, double need_m, Seen& seen) const {
@@ -221,7 +237,8 @@ void Prover::prove(const VectorXd& from, const VectorXd& step, double middle, do
       if (half == 0.5) known_m_[i] = least;
       continue;
     }
-    at_least_m(i, allowed, seen);  // the search above ended at the first point below what it wanted
+    // The search above ended at the first point below what it wanted.
+    if (measure_) at_least_m(i, allowed, seen);
     note(i, seen, waypoint_ + middle);
     if (seen.distance_m < allowed) {
       answer_.outcome = Proof::collides;
@@ -368,6 +385,24 @@ Certificate Prover::check(const std::vector<VectorXd>& path, const std::vector<d
 
 bool Prover::frees(const std::vector<VectorXd>& path, const std::vector<double>& tolerance_m) {
   return check(path, tolerance_m).outcome == Proof::free;
+}
+
+bool Prover::touches(const VectorXd& x, const std::vector<double>& tolerance_m) {
+  look_at(x);
+  for (std::size_t i = 0; i < placed_.size(); ++i) {
+    const auto& c = placed_[i];
+    const double allowed = c.radius_m - tolerance_m[static_cast<std::size_t>(mover_.hand().capsules[i].link)],
+                 half = (c.b - c.a).norm() / 2;
+    for (const DistanceBound& obstacle : bounds_) {
+      const double d = obstacle.at_least_m((c.a + c.b) / 2);
+      if (d >= allowed + half) continue;
+      if (std::min({d, obstacle.at_least_m(c.a), obstacle.at_least_m(c.b)}) < allowed) return true;
+    }
+    if (obstacles_.support &&
+        std::min(obstacles_.support->height_m(c.a), obstacles_.support->height_m(c.b)) < allowed)
+      return true;
+  }
+  return false;
 }
 
 bool Prover::posture_free(const VectorXd& x, double clearance_m) {

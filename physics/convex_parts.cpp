@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 
 #include <LinearMath/btConvexHullComputer.h>
 
@@ -89,29 +90,82 @@ Box box_of(const std::vector<Vec3>& points) {
   return box;
 }
 
-/// Nowhere farther outside the solid than the tolerance.
-bool within(const ConvexPart& part, const SignedDistanceField& field, const ConvexPartsRule& rule) {
-  const Box box = box_of(part.vertices_O);
-  const Vec3 cells = (box.sizes() / rule.look_m).array().ceil().max(1);
-  Vec3 p;
-  for (int z = 0; z <= cells.z(); ++z)
-    for (int y = 0; y <= cells.y(); ++y)
-      for (int x = 0; x <= cells.x(); ++x) {
-        p = box.min() + Vec3(x, y, z).cwiseQuotient(cells).cwiseProduct(box.sizes());
-        if (field.value(p) > rule.tolerance_m && part.contains(p)) return false;
+/// Whether a part is nowhere farther outside the solid than the tolerance. A box around the part is halved
+/// where it holds points of the part and its middle is nearer to the tolerance than its corners are to the
+/// middle: distances grow by no more than the way.
+class Outline {
+ public:
+  Outline(const SignedDistanceField& field, const ConvexPartsRule& rule)
+      : field_(field), look_m_(rule.look_m), limit_m_(rule.tolerance_m - std::sqrt(0.75) * rule.look_m) {}
+
+  bool within(const ConvexPart& part) const {
+    const Box box = box_of(part.vertices_O);
+    std::vector<std::size_t> faces(part.normals_O.size());
+    std::iota(faces.begin(), faces.end(), std::size_t(0));
+    return within(part, box.center(), box.sizes() / 2, faces, 0);
+  }
+
+  /// Whether the middle between two corners of the parts shows already that the hull of both is not within.
+  bool parted(const ConvexPart& a, const ConvexPart& b) const {
+    constexpr std::size_t looks = 8;  // of each part's corners
+    for (std::size_t i = 0; i < looks; ++i)
+      for (std::size_t j = 0; j < looks; ++j) {
+        const Vec3 &p = a.vertices_O[i * a.vertices_O.size() / looks],
+                   &q = b.vertices_O[j * b.vertices_O.size() / looks];
+        if (field_.value((p + q) / 2) > limit_m_) return true;
       }
-  return true;
-}
+    return false;
+  }
+
+ private:
+  /// `faces`, from `first` on, are those that may cut the box.
+  bool within(const ConvexPart& part, const Vec3& middle, const Vec3& half, std::vector<std::size_t>& faces,
+              std::size_t first) const {
+    const std::size_t past = faces.size();
+    bool whole = true;  // the middle is in the part
+    for (std::size_t i = first; i < past; ++i) {
+      const std::size_t face = faces[i];
+      const double beyond = part.normals_O[face].dot(middle) - part.offset_m[face],
+                   reach = part.normals_O[face].cwiseAbs().dot(half);
+      if (beyond > reach) {  // all of the box
+        faces.resize(past);
+        return true;
+      }
+      whole = whole && beyond <= 0;
+      if (beyond > -reach) faces.push_back(face);
+    }
+    const double outside_m = field_.value(middle);
+    int axis = 0;
+    bool answer = true;
+    if (outside_m + half.norm() <= limit_m_) {
+      answer = true;
+    } else if (whole && outside_m > limit_m_) {
+      answer = false;
+    } else if (half.maxCoeff(&axis) > look_m_ / 2) {
+      Vec3 smaller = half, step = Vec3::Zero();
+      step[axis] = smaller[axis] /= 2;
+      answer = within(part, middle - step, smaller, faces, past) &&
+               within(part, middle + step, smaller, faces, past);
+    }
+    faces.resize(past);
+    return answer;
+  }
+
+  const SignedDistanceField& field_;
+  double look_m_, limit_m_;
+};
 
 struct Piece {
   Box box;
   ConvexPart part;
+  int changed = 0;  ///< in this round of merging
 };
 
 struct Cutter {
   const geometry::TriangleMesh& mesh;
   const SignedDistanceField& field;
   const ConvexPartsRule& rule;
+  Outline outline;
   std::vector<Piece> pieces;
 
   void cut(const Box& box, const std::vector<int>& triangles) {
@@ -126,8 +180,8 @@ struct Cutter {
     if (part.normals_O.empty()) return;
     int axis = 0;
     const double longest = box.sizes().maxCoeff(&axis);
-    if (longest < 2 * rule.smallest_box_m || within(part, field, rule)) {
-      pieces.push_back({box, std::move(part)});
+    if (longest < 2 * rule.smallest_box_m || outline.within(part)) {
+      pieces.push_back({box, std::move(part), 0});
       return;
     }
     Box low = box, high = box;
@@ -137,22 +191,25 @@ struct Cutter {
   }
 
   void merge() {
-    for (bool merged = true; merged;) {
+    bool merged = true;
+    for (int round = 1; merged; ++round) {
       merged = false;
       for (std::size_t i = 0; i < pieces.size(); ++i)
         for (std::size_t j = i + 1; j < pieces.size();) {
-          if (pieces[i].box.exteriorDistance(pieces[j].box) > 1e-9) {
+          const bool tried = std::max(pieces[i].changed, pieces[j].changed) < round - 1;
+          if (tried || pieces[i].box.exteriorDistance(pieces[j].box) > 1e-9 ||
+              outline.parted(pieces[i].part, pieces[j].part)) {
             ++j;
             continue;
           }
           std::vector<Vec3> points = pieces[i].part.vertices_O;
           points.insert(points.end(), pieces[j].part.vertices_O.begin(), pieces[j].part.vertices_O.end());
           ConvexPart both = hull_of(points);
-          if (both.normals_O.empty() || !within(both, field, rule)) {
+          if (both.normals_O.empty() || !outline.within(both)) {
             ++j;
             continue;
           }
-          pieces[i] = {pieces[i].box.merged(pieces[j].box), std::move(both)};
+          pieces[i] = {pieces[i].box.merged(pieces[j].box), std::move(both), round};
           pieces.erase(pieces.begin() + static_cast<long>(j));
           merged = true;
         }
@@ -170,7 +227,7 @@ bool ConvexPart::contains(const Vec3& p_O, double margin_m) const {
 
 std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh, const SignedDistanceField& field,
                                      const ConvexPartsRule& rule) {
-  Cutter cutter{mesh, field, rule, {}};
+  Cutter cutter{mesh, field, rule, {field, rule}, {}};
   std::vector<int> all(mesh.triangles.size());
   for (std::size_t t = 0; t < all.size(); ++t) all[t] = static_cast<int>(t);
   cutter.cut(box_of(mesh.vertices), all);

@@ -17,15 +17,16 @@ struct ConvexPart {
 
 struct ConvexPartsRule {
   double tolerance_m = 1.5e-3;   ///< no point of a part is farther outside the solid
-  double smallest_box_m = 4e-3;  ///< boxes are not cut below this, whatever is outside
-  double look_m = 1.5e-3;        ///< distance of the points that a part is looked at
+  double smallest_box_m = 5e-4;  ///< boxes are not cut below this, whatever is outside
+  double look_m = 2e-4;          ///< side of the smallest boxes that are looked at in a part
 };
 
 /// A solid as the union of convex parts: the second opinion on its shape, and what engines without fields
 /// take. Boxes are halved across their longest side until the hull of what is inside (the mesh clipped to the
-/// box, and the box's corners within the solid) stays within the tolerance of the solid, as its field says at
-/// points `look_m` apart; touching parts are then merged while the hull of both does. Deterministic.
-/// Precondition: a closed, outward mesh, and its field. O(parts * triangles + merges * looks).
+/// box, and the box's corners within the solid) stays within the tolerance of the solid, as its field says
+/// everywhere (the field's own error is not counted); touching parts are then merged while the hull of both
+/// does. Deterministic. Precondition: a closed, outward mesh, and its field; look_m < tolerance_m. O(parts *
+/// triangles + merges * looks).
 std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh,
                                      const geometry::SignedDistanceField& field, const ConvexPartsRule& rule);
 

@@ -30,20 +30,46 @@ struct AxisLine {
   double value(double t) const { return field.value(point(t)); }
 };
 
-/// Where the line's value is smallest in [low, high], to (high - low) * golden^10 < 1 %.
-double smallest(const AxisLine& line, double low, double high) {
-  double left = high - golden * (high - low), right = low + golden * (high - low);
-  double at_left = line.value(left), at_right = line.value(right);
-  for (int step = 0; step < 9; ++step) {
-    if (at_left <= at_right) {
-      high = right, right = left, at_right = at_left;
-      left = high - golden * (high - low), at_left = line.value(left);
-    } else {
-      low = left, left = right, at_left = at_right;
-      right = low + golden * (high - low), at_right = line.value(right);
-    }
+/// A place of the line, and the value there.
+struct Place {
+  double t, value;
+};
+
+/// The lowest place between `low` and `high`, where `middle`, between them or one of them, is the lowest
+/// known: the vertex of the parabola through the three, then through what was found there, as soon as a look
+/// agrees with its parabola to 5 um, a tenth of what a good field is off. A kink has no parabola: golden
+/// section, to 1 % of the first way between the two.
+Place lowest(const AxisLine& line, Place low, Place middle, Place high) {
+  constexpr double sure_m = 5e-6;
+  const double narrow = 0.01 * (high.t - low.t);
+  const auto look_at = [&](double t) {
+    const Place seen{t, line.value(t)};
+    if (seen.value > middle.value)
+      (t < middle.t ? low : high) = seen;
+    else
+      (t < middle.t ? high : low) = middle, middle = seen;
+    return seen;
+  };
+  for (int look = 0; look < 2; ++look) {  // does it fall from the end of the line inward?
+    if (middle.t == low.t)
+      look_at(low.t + 0.1 * (high.t - low.t));
+    else if (middle.t == high.t)
+      look_at(high.t - 0.1 * (high.t - low.t));
   }
-  return 0.5 * (low + high);
+  if (middle.t == low.t || middle.t == high.t) return middle;
+  for (int look = 0; look < 10 && high.t - low.t > narrow; ++look) {
+    const double l = middle.t - low.t, r = high.t - middle.t;
+    const double a = low.value - middle.value, b = high.value - middle.value;
+    if (std::max(a, b) < sure_m) break;
+    const double curve = a * r + b * l, slope = b * l * l - a * r * r;  // both times l r (l + r)
+    if (look > 1) {
+      look_at(l > r ? middle.t - (1 - golden) * l : middle.t + (1 - golden) * r);
+      continue;
+    }
+    const double told = middle.value - slope * slope / (4 * curve * l * r * (l + r));
+    if (std::abs(look_at(middle.t - 0.5 * slope / curve).value - told) < sure_m) break;
+  }
+  return middle;
 }
 
 /// Central differences over `h_m`, as a slope: of norm 1 but where walls meet.
@@ -68,9 +94,15 @@ Vec3 outward_normal(const AxisLine& line, double t, const Vec3& slope) {
 /// Field values along the axis, every 4 mm or so.
 struct Samples {
   static constexpr int most = 127;
-  std::array<double, most + 1> value;
+  std::array<double, most + 1> value;  ///< infinite: not looked at
   int last = 0;
-  double step() const { return 1.0 / last; }
+  double t(int i) const { return static_cast<double>(i) / last; }
+  Place at(const AxisLine& line, int i) const {
+    return {t(i), std::isfinite(value[i]) ? value[i] : line.value(t(i))};
+  }
+  Place lowest_around(const AxisLine& line, int i) const {
+    return lowest(line, at(line, std::max(0, i - 1)), at(line, i), at(line, std::min(last, i + 1)));
+  }
 };
 
 /// The deepest are kept: a new contact takes the place of the shallowest one when there is no room.
@@ -87,16 +119,17 @@ void keep(FieldContacts& contacts, const FieldContact& contact) {
 /// that points from one wall in one step and from the other in the next lets the finger through both. The
 /// slopes a coarse cell to either side tell of one wall each; as planes they are two contacts at the same
 /// place.
-bool keep_walls(FieldContacts& contacts, const AxisLine& line, double t, const Vec3& slope, double reach) {
+bool keep_walls(FieldContacts& contacts, const AxisLine& line, const Place& place, const Vec3& slope,
+                double reach) {
   constexpr double crease = 0.85,
                    apart = 0.9;  // |slope| of walls 63 degrees apart; cosine of normals that differ
   if (slope.norm() > crease) return false;
   const double h = line.field.cell_m;
+  const auto [t, nearest] = place;
   const Vec3 p = line.point(t), along = line.ab.stableNormalized();
   Vec3 across = along.cross(slope);
   if (across.norm() < 1e-3) across = along.unitOrthogonal();
   across.normalize();
-  const double nearest = line.value(t);
   FieldContact walls[2];
   for (int side = 0; side < 2; ++side) {
     const Vec3 beside = p + (side == 0 ? h : -h) * across;
@@ -113,10 +146,10 @@ bool keep_walls(FieldContacts& contacts, const AxisLine& line, double t, const V
   return true;
 }
 
-void keep_at(FieldContacts& contacts, const AxisLine& line, double t, double reach) {
-  const Vec3 slope = slope_at(line.field, line.point(t), line.field.cell_m);
-  if (keep_walls(contacts, line, t, slope, reach)) return;
-  keep(contacts, {line.point(t), outward_normal(line, t, slope), line.value(t)});
+void keep_at(FieldContacts& contacts, const AxisLine& line, const Place& place, double reach) {
+  const Vec3 p = line.point(place.t), slope = slope_at(line.field, p, line.field.cell_m);
+  if (keep_walls(contacts, line, place, slope, reach)) return;
+  keep(contacts, {p, outward_normal(line, place.t, slope), place.value});
 }
 
 /// Contacts of the samples [first, last], all within reach: the deepest place, how far to both sides the gap
@@ -126,16 +159,14 @@ void add_stretch(const AxisLine& line, const Samples& samples, int first, int la
                  FieldContacts& contacts) {
   const auto& value = samples.value;
   const int deepest = static_cast<int>(std::min_element(&value[first], &value[last] + 1) - value.data());
-  const double step = samples.step(), same = value[deepest] + same_gap_m;
+  const double same = value[deepest] + same_gap_m;
   int left = deepest, right = deepest;
   while (left > first && value[left - 1] <= same) --left;
   while (right < last && value[right + 1] <= same) ++right;
 
-  const double refined =
-      smallest(line, std::max(0, deepest - 1) * step, std::min(samples.last, deepest + 1) * step);
-  keep_at(contacts, line, line.value(refined) < value[deepest] ? refined : deepest * step, reach);
-  if (left != deepest) keep_at(contacts, line, left * step, reach);
-  if (right != deepest) keep_at(contacts, line, right * step, reach);
+  keep_at(contacts, line, samples.lowest_around(line, deepest), reach);
+  if (left != deepest) keep_at(contacts, line, samples.at(line, left), reach);
+  if (right != deepest) keep_at(contacts, line, samples.at(line, right), reach);
   // In a hollow a finger touches with several places at once, none as deep as another by a hair: each is a
   // wall.
   for (int i = first; i <= last; ++i) {
@@ -143,8 +174,7 @@ void add_stretch(const AxisLine& line, const Samples& samples, int first, int la
     const bool falls = i > first ? value[i] < value[i - 1] : i == 0;
     const bool rises = i < last ? value[i] <= value[i + 1] : i == samples.last;
     if (!falls || !rises) continue;
-    const double here = smallest(line, std::max(0, i - 1) * step, std::min(samples.last, i + 1) * step);
-    keep_at(contacts, line, line.value(here) < value[i] ? here : i * step, reach);
+    keep_at(contacts, line, samples.lowest_around(line, i), reach);
   }
 }
 
@@ -199,13 +229,13 @@ FieldContacts CapsuleTrack::contacts(const SignedDistanceField& field, const han
 
   Samples samples;
   samples.last = samples_ - 1;
-  const double fall = 2 * length * samples.step();
+  const double fall = 2 * length / samples.last;
   double bound = -std::numeric_limits<double>::infinity();  // of the sample's value, from the one before
   least_m_ = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= samples.last; ++i) {
     bound = std::max(bound, bound_m_[i] - 2 * way_m_);
     samples.value[i] = std::numeric_limits<double>::infinity();
-    if (bound < reach) bound = samples.value[i] = line.value(i * samples.step());
+    if (bound < reach) bound = samples.value[i] = line.value(samples.t(i));
     bound_m_[i] = bound + 2 * way_m_;
     least_m_ = std::min(least_m_, bound_m_[i]);
     bound -= fall;

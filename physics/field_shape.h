@@ -54,9 +54,9 @@ struct FieldContacts {
 
 /// Of each stretch of the axis whose gap to the object is below `contact_m`: its deepest place, the two ends
 /// of the part around it that is as deep, and every other local minimum (samples every 4 mm, refined by
-/// golden section). Where the field has a crease, as between the walls of a groove, a contact for either
-/// wall. Normals by central differences over a coarse cell: the interpolant's own gradient jumps at cell
-/// faces. O(length) lookups.
+/// parabolas, or golden section at a kink). Where the field has a crease, as between the walls of a groove, a
+/// contact for either wall. Normals by central differences over a coarse cell: the interpolant's own gradient
+/// jumps at cell faces. O(length) lookups.
 FieldContacts field_contacts(const geometry::SignedDistanceField& field,
                              const hands::PlacedCapsule& capsule_O, double contact_m);
 

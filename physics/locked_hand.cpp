@@ -16,6 +16,8 @@ LockedHand lock(const CageProtocol& protocol, const ObjectBody& object, double r
   for (const hands::Capsule& capsule : hand.capsules) thinnest_m = std::min(thinnest_m, capsule.radius_m);
   CageProtocol own = protocol;
   own.max_penetration_m = thinnest_m / 2;
+  // A contact is a plane for one step; past a finger of radius r it is off by s^2 / 2 r after a way of s.
+  own.engine.most_motion_m = std::min(own.engine.most_motion_m, thinnest_m / 4);
   BackedOff back = backed_off(*object.field, hands::placed_capsules(hand, X_OH, q));
   return {own,
           {object, radius_m, std::move(back.capsules_O)},

@@ -47,27 +47,34 @@ Pose displaced(const hands::Hand& hand, const Pose& X_OH, const PoseDraw& draw, 
          Eigen::AngleAxisd(turn_rad * draw.turn, draw.axis) * Eigen::Translation3d(-hand.palm_H);
 }
 
-ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
-                           const Pose& X_OH, const Eigen::VectorXd& q_open, const MarginRule& rule,
-                           std::uint64_t seed) {
+int draws_held(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand, const Pose& X_OH,
+               const Eigen::VectorXd& q_open, const MarginRule& rule, double noise, std::uint64_t seed,
+               int most_failures) {
   const std::vector<PoseDraw> draws = pose_draws(rule.draws, seed);
-  const auto draw_holds = [&](const Protocol& tested, const PoseDraw& draw, double noise) {
+  const auto holds = [&](const PoseDraw& draw) {
     const Pose X = displaced(hand, X_OH, draw, noise * rule.noise_m, noise * rule.noise_rad);
     const hands::ClosedHand closed = hands::close_hand(hand, *object.field, X, q_open, {});
     if (closed.outcome != hands::Closure::closed) return false;
     const Posture posture = posture_at(hand, *object.field, X, closed.q);
-    if (posture.penetration_m > tested.max_start_penetration_m) return false;
+    if (posture.penetration_m > protocol.max_start_penetration_m) return false;
     return std::ranges::all_of(six_directions(), [&](const Direction& way) {
-      return push_trial(tested, object, hand, posture, way.axis_O, seed).outcome == Outcome::held;
+      return push_trial(protocol, object, hand, posture, way.axis_O, seed).outcome == Outcome::held;
     });
   };
+  if (noise == 0) return holds(draws.front()) ? rule.draws : 0;  // all are the same
   // Stops once the answer is settled, so it is the same whichever draws come first.
-  const auto held = [&](const Protocol& tested, double noise, int most_failures) {
-    std::atomic<int> failures = 0;
+  std::atomic<int> failures = 0;
 #pragma omp parallel for schedule(dynamic, 1)
-    for (std::size_t i = 0; i < draws.size(); ++i)
-      if (failures <= most_failures && !draw_holds(tested, draws[i], noise)) ++failures;
-    return failures <= most_failures ? rule.draws - failures : 0;
+  for (std::size_t i = 0; i < draws.size(); ++i)
+    if (failures <= most_failures && !holds(draws[i])) ++failures;
+  return failures <= most_failures ? rule.draws - failures : 0;
+}
+
+ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
+                           const Pose& X_OH, const Eigen::VectorXd& q_open, const MarginRule& rule,
+                           std::uint64_t seed) {
+  const auto held = [&](const Protocol& tested, double noise, int most_failures) {
+    return draws_held(tested, object, hand, X_OH, q_open, rule, noise, seed, most_failures);
   };
   const int needed = static_cast<int>(std::ceil(rule.share * rule.draws - 1e-9));
   const auto enough = [&](const Protocol& tested, double noise) {
@@ -77,11 +84,15 @@ ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, c
   ForceMargins margins;
   margins.draws = rule.draws, margins.held = held(protocol, 1, rule.draws);
   margins.noise = hardest(0, 2, rule.halvings, [&](double noise) { return enough(protocol, noise); });
-  margins.friction = hardest(1, 0, rule.halvings, [&](double mu) {
+  const auto grips = [&](double mu) {
     Protocol tested = protocol;
     tested.engine.friction = mu;
     return enough(tested, rule.small_share);
-  });
+  };
+  margins.friction = hardest(1, 0, rule.halvings, grips);
+  // More friction is not always easier: the closing fingers drag more.
+  if (!margins.friction.level && protocol.engine.friction < 1)
+    margins.friction = hardest(protocol.engine.friction, 0, rule.halvings, grips);
   margins.push_m_s2 = hardest(0, 100, rule.halvings, [&](double push) {
     Protocol tested = protocol;
     tested.acceleration_m_s2 = push;

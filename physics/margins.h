@@ -43,11 +43,18 @@ struct MarginRule {
   double small_share = 0.2;                                ///< of that noise, while another load is raised
 };
 
+/// In how many of the rule's draws, displaced by `noise` times its noise, the hand closed anew holds all six
+/// pushes; 0 once more than `most_failures` have failed. Same answer for any number of threads. O(draws * 6
+/// pushes).
+int draws_held(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
+               const geometry::Pose& X_OH, const Eigen::VectorXd& q_open, const MarginRule& rule,
+               double noise, std::uint64_t seed, int most_failures);
+
 /// A grasp's margins in the force test. A draw holds when the hand, displaced and closed anew, holds all six
 /// pushes.
 struct ForceMargins {
   int draws = 0, held = 0;  ///< under the whole noise: P(success) = held / draws
-  Margin friction;          ///< smallest Coulomb's mu, from 1 down
+  Margin friction;          ///< smallest Coulomb's mu, from 1 down, or where that fails from the protocol's
   Margin push_m_s2;         ///< largest push per mass, up to 100
   Margin noise;             ///< largest share of the noise, up to 2
 };

@@ -49,7 +49,7 @@ struct Protocol {
 /// How the object of a cage test moves.
 struct CageEngine {
   double dt_s = 1.0 / 240;
-  double most_motion_m = 1e-3;  ///< of the object's surface in a step: a faster object takes shorter steps,
+  double most_motion_m = 3e-3;  ///< of the object's surface in a step: a faster object takes shorter steps,
   int most_parts = 24;          ///< at most so many in dt
   int iterations = 400;         ///< at most: they end once no contact changes its speed by more than 1 um/s
   double way_out_m_s = 0.02;    ///< fastest that a penetration is undone

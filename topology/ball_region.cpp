@@ -51,13 +51,16 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
   std::copy_n(sources, count, order);
   for (int i = 0; i < count; ++i) slot[order[i]] = i + 1;
   slot[mesh_.count] = 1;  // a gap is never new
+  constexpr int ahead = 12;
   int head = 0, reached = count;
   for (int depth = 0; head < reached; ++depth) {
     const int end = reached;
     ring_start_.push_back(end);
     ring_low_.push_back(static_cast<std::uint32_t>(depth));
     if (depth == hops) break;
-    for (; head < end; ++head)
+    for (; head < end; ++head) {
+      __builtin_prefetch(mesh_.links.neighbour.data() +
+                         mesh_.link_start[order[head + ahead < reached ? head + ahead : head]]);
       for (int i = mesh_.link_start[order[head]]; i < mesh_.link_start[order[head] + 1]; ++i) {
         const int w = mesh_.links.neighbour[i];  // written always, kept if new: nothing to guess
         const bool fresh = slot[w] == 0;
@@ -65,6 +68,7 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
         reached += fresh;
         slot[w] = fresh ? reached : slot[w];
       }
+    }
   }
   slot[mesh_.count] = 0;
   order_.resize(static_cast<std::size_t>(reached));

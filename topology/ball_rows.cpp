@@ -236,6 +236,8 @@ void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* 
   alignas(128) double rows[chunk * sum_slots], prefix[sum_slots] = {};
   for (int begin = 0; begin < input.size; begin += chunk) {
     const int count = input.size - begin < chunk ? input.size - begin : chunk;
+    for (int c = begin + chunk; c < begin + 2 * chunk && c < input.size; ++c)
+      __builtin_prefetch(input.points + 4 * static_cast<std::ptrdiff_t>(input.order[c]));
     for (int c = 0; c < count; ++c) own_row(input, begin + c, rows + c * sum_slots);
     for (int k = 0; k < sum_slots; k += double_width) {
       auto sum = hn::Load(d, prefix + k);
@@ -320,8 +322,13 @@ void SplitLinks(const LinkInput& input, int begin, int end, const LinkOutput& ou
   const hn::CappedTag<std::uint32_t, spare_links> du;
   using Vector = hn::Vec<decltype(d)>;
   if constexpr (hn::MaxLanes(hn::CappedTag<std::int32_t, spare_links>()) == spare_links) {
+    constexpr int ahead = 12;
     const Vector one = hn::Set(d, 1), ring_end = hn::Set(d, end);
     for (int i = begin; i < end; ++i) {
+      const int soon = input.link_start[input.order[i + ahead < end ? i + ahead : i]];
+      __builtin_prefetch(input.area_m2 + soon);
+      __builtin_prefetch(input.area_m2 + soon + 7);
+      __builtin_prefetch(input.neighbour + soon);
       const int v = input.order[i], first = input.link_start[v], links = input.link_start[v + 1] - first;
       if (links > spare_links) {
         split_plainly(input, i, end, output);

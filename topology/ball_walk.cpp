@@ -15,7 +15,6 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr int together = 8;            // walks at a time
 constexpr double rounding = 1 + 1e-9;  // a piece as near as this is looked at again
 constexpr double outermost =
     0.5773502692;  // no point of a triangle is farther from its corners, per longest side
@@ -84,17 +83,6 @@ inline double SectionWalker::along_v(const Plane& plane, int vertex) const {
   const BallMesh::Point& p = mesh_.points[vertex];
   return plane.v[0] * (p.x - plane.center[0]) + plane.v[1] * (p.y - plane.center[1]) +
          plane.v[2] * (p.z - plane.center[2]);
-}
-
-/// Of the cut point on an edge, times the same positive number as Tip::v.
-double SectionWalker::along_u(const Plane& plane, const int* ends, const End* places) const {
-  double u[2];
-  for (int i = 0; i < 2; ++i) {
-    const BallMesh::Point& p = mesh_.points[ends[i]];
-    u[i] = plane.u[0] * (p.x - plane.center[0]) + plane.u[1] * (p.y - plane.center[1]) +
-           plane.u[2] * (p.z - plane.center[2]);
-  }
-  return places[0].height * u[1] - places[1].height * u[0];
 }
 
 /// From the source to where the plane cuts an edge.
@@ -192,38 +180,33 @@ inline bool SectionWalker::advance(const LaneBall& ball, const Plane& plane, Tip
   tip.half_edge = h.exits[side ^ static_cast<int>(!tip.from_above)];
   const double v = tip.places[0].height * tip.places[1].v - tip.places[1].height * tip.places[0].v;
   if ((v >= 0) != (tip.v >= 0)) {
-    const double u = along_u(plane, tip.ends, tip.places);
+    const double u = u_of(plane, tip.ends, tip.places);
     int ends[2] = {tip.ends[0], tip.ends[1]};
     End places[2] = {tip.places[0], tip.places[1]};
     ends[side] = old_end;
     places[side] = old_place;
-    const double cross = along_u(plane, ends, places) * v - u * tip.v;
+    const double cross = u_of(plane, ends, places) * v - u * tip.v;
     if (v < 0 && cross > 0) ++tip.turns;
     if (v >= 0 && cross < 0) --tip.turns;
   }
   tip.v = v;
-  if (tip.noted < most_noted) tip.notes[tip.noted++] = crossing(tip.ends[0], tip.ends[1]);
+  if (tip.noted < Tip::most_noted) tip.notes[tip.noted++] = crossing(tip.ends[0], tip.ends[1]);
   tip.closed = tip.half_edge == tip.home;
   return !tip.closed;
 }
 
-/// All walks that wait, to their ends; backwards round a ring only as far as notes are taken.
-void SectionWalker::walk_together(const std::vector<CutTask>& tasks, Tip Walk::*which) {
-  std::array<int, together> active;
-  std::size_t next = 0;
-  int count = 0;
-  while (count < together && next < waiting_.size()) active[count++] = waiting_[next++];
-  while (count > 0)
-    for (int i = 0; i < count; ++i) {
-      Walk& walk = walks_[active[i]];
-      Tip& tip = walk.*which;
-      const bool known = which == &Walk::behind && walk.ahead.closed && tip.noted == most_noted;
-      if (!known && advance(tasks[active[i]].ball, walk.plane, tip)) continue;
-      if (next < waiting_.size())
-        active[i] = waiting_[next++];
-      else
-        active[i--] = active[--count];
-    }
+/// All walks that have begun, to their ends; backwards round a ring only as far as notes are taken.
+void SectionWalker::walk(const std::vector<CutTask>& tasks, Tip Walk::*which) {
+  steps_.clear();
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    Walk& walk = walks_[i];
+    if (walk.start < 0) continue;
+    const bool known = which == &Walk::behind && walk.ahead.closed;
+    steps_.push_back({&walk.plane, &(walk.*which), tasks[i].ball.masks, tasks[i].ball.bit, known});
+  }
+  if (steps_.empty()) return;
+  walk_sections({&mesh_.half_edges[0].opposite, &mesh_.points[0].x, tasks[0].ball.slot}, steps_.data(),
+                static_cast<int>(steps_.size()));
 }
 
 void SectionWalker::take_angles(const Walk& walk, CutTask& task) const {
@@ -233,7 +216,7 @@ void SectionWalker::take_angles(const Walk& walk, CutTask& task) const {
     return;
   }
   const auto direction = [&](const Tip& tip) {
-    return std::atan2(tip.v + 0.0, along_u(walk.plane, tip.ends, tip.places));
+    return std::atan2(tip.v + 0.0, u_of(walk.plane, tip.ends, tip.places));
   };
   task.accumulated_rad = std::abs(direction(walk.ahead) - direction(walk.behind) +
                                   2 * M_PI * (walk.ahead.turns - walk.behind.turns));
@@ -318,15 +301,17 @@ void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
   task.winding_rad = task.accumulated_rad = std::nan("");
   double least = std::numeric_limits<double>::infinity();
   std::unordered_set<Crossing> walked;
-  std::unordered_set<int> seen{task.source};
-  std::vector<int> queue{task.source};
+  seen_.resize(static_cast<std::size_t>(mesh_.count));
+  queue_.assign(1, task.source);
+  seen_[task.source] = 1;
   std::vector<Crossing> all;
-  for (std::size_t head = 0; head < queue.size(); ++head) {
-    const int v = queue[head];
+  for (std::size_t head = 0; head < queue_.size(); ++head) {
+    const int v = queue_[head];
     for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
       const int neighbour = mesh_.links.neighbour[i], half_edge = mesh_.links.half_edge[i];
       if (!task.ball.has(neighbour)) continue;
-      if (seen.insert(neighbour).second) queue.push_back(neighbour);
+      if (!seen_[neighbour]) queue_.push_back(neighbour);
+      seen_[neighbour] = 1;
       if (half_edge < 0 || !crosses(plane, v, neighbour)) continue;
       if (walked.count(crossing(v, neighbour)) || walked.count(crossing(neighbour, v))) continue;
       if (!bounds_triangle(task.ball, half_edge)) continue;
@@ -342,12 +327,12 @@ void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
       take_angles(walk, task);
     }
   }
+  for (int v : queue_) seen_[v] = 0;
 }
 
 void SectionWalker::measure(std::vector<CutTask>& tasks) {
   const int count = static_cast<int>(tasks.size());
   walks_.resize(tasks.size());
-  waiting_.clear();
   for (int i = 0; i < count; ++i) {
     Walk& walk = walks_[i];
     walk.plane = make_plane(tasks[i].center, tasks[i].axis, mesh_.position(tasks[i].source));
@@ -355,10 +340,9 @@ void SectionWalker::measure(std::vector<CutTask>& tasks) {
     if (walk.start < 0) continue;
     walk.ahead = tip_at(walk.plane, walk.start);
     walk.behind = turned(walk.ahead);
-    waiting_.push_back(i);
   }
-  walk_together(tasks, &Walk::ahead);
-  walk_together(tasks, &Walk::behind);
+  walk(tasks, &Walk::ahead);
+  walk(tasks, &Walk::behind);
   for (int i = 0; i < count; ++i)
     if (walks_[i].start >= 0 && is_nearest(tasks[i].ball, walks_[i]))
       take_angles(walks_[i], tasks[i]);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "topology/ball_mesh.h"
+#include "topology/ball_steps.h"
 
 namespace geocage::topology {
 
@@ -35,30 +36,9 @@ class SectionWalker {
   int searched_whole = 0;  ///< how often the first piece could not be proved to be the nearest
 
  private:
-  static constexpr int most_noted = 16;
-  /// A crossed edge: (vertex above, vertex below).
-  using Crossing = std::uint64_t;
-
-  struct Plane {
-    double axis[3], offset, u[3], v[3], center[3], source[3];
-  };
-  /// The end of a crossed edge: its height over the plane, and how far it lies along v from the centre.
-  struct End {
-    double height, v;
-  };
-  /// A walk's tip: the half-edge through which it enters the next triangle, and its ends above [0] and below
-  /// [1].
-  struct Tip {
-    int half_edge = -1, home = -2;
-    int ends[2];
-    bool from_above;
-    End places[2];
-    double v;       ///< the cut point along v, times a positive number
-    int turns = 0;  ///< how often it passed the half-line u < 0, v = 0, counter-clockwise
-    bool closed = false;
-    int noted = 0;
-    Crossing notes[most_noted];  ///< the first crossings, the start's left out
-  };
+  using Plane = CutPlane;
+  using End = CutEnd;
+  using Tip = WalkTip;
   struct Walk {
     Plane plane;
     int start = -1;
@@ -69,7 +49,9 @@ class SectionWalker {
                           const geometry::Vec3& source);
   double height(const Plane& plane, int vertex) const;
   double along_v(const Plane& plane, int vertex) const;
-  double along_u(const Plane& plane, const int* ends, const End* places) const;
+  double u_of(const Plane& plane, const int* ends, const End* places) const {
+    return along_u(plane, &mesh_.points[0].x, ends, places);
+  }
   bool crosses(const Plane& plane, int a, int b) const {
     return (height(plane, a) >= 0) != (height(plane, b) >= 0);
   }
@@ -80,7 +62,7 @@ class SectionWalker {
   Tip tip_at(const Plane& plane, int half_edge) const;
   Tip turned(const Tip& tip) const;
   bool advance(const LaneBall& ball, const Plane& plane, Tip& tip) const;
-  void walk_together(const std::vector<CutTask>& tasks, Tip Walk::*which);
+  void walk(const std::vector<CutTask>& tasks, Tip Walk::*which);
   void take_angles(const Walk& walk, CutTask& task) const;
   double nearest_noted2(const Walk& walk) const;
   bool is_nearest(const LaneBall& ball, const Walk& walk) const;
@@ -91,7 +73,9 @@ class SectionWalker {
   const BallMesh& mesh_;
   const VertexGrid& grid_;
   std::vector<Walk> walks_;
-  std::vector<int> waiting_;
+  std::vector<SectionSteps> steps_;
+  std::vector<char> seen_;  ///< in the queue, while a ball is searched whole
+  std::vector<int> queue_;
 };
 
 /// Vertices by the cells of a cubic grid of about two edges' length, at most four cells a vertex.

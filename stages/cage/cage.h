@@ -93,7 +93,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 4, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 5, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

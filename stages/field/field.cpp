@@ -12,6 +12,7 @@ void FieldParams::visit(pipeline::Fields& f) {
     "about how far interpolation may err outside, near the surface: cells that do worse are parted; 0: none "
     "is");
   f("near_m", near_m, {0, 1}, "how far from the surface that counts");
+  f("inside_error_m", inside_error_m, {0, 0.01}, "the same for points inside; 0: they don't matter");
 }
 
 geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& run,
@@ -20,8 +21,8 @@ geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& ru
   if (!report.closed_manifold())
     throw pipeline::UserError(pipeline::Fault::geometry, "field",
                               "inside and outside need a closed manifold: " + flaw(report));
-  auto field = geometry::build_distance_field(
-      mesh, {params.cells, params.pad_m, params.refine, params.error_m, params.near_m});
+  auto field = geometry::build_distance_field(mesh, {params.cells, params.pad_m, params.refine,
+                                                     params.error_m, params.near_m, params.inside_error_m});
   run.metric("cell_m", field.cell_m);
   run.metric("finest_cell_m", field.finest_cell_m());
   run.metric("nodes", static_cast<double>(field.coarse.size() + field.fine.size()));

@@ -8,7 +8,7 @@ struct FieldParams {
   int cells = 64;
   double pad_m = 0.04;
   int refine = 3;
-  double error_m = 2.5e-4, near_m = 0.005;
+  double error_m = 2.5e-4, near_m = 0.005, inside_error_m = 4e-4;
   void visit(pipeline::Fields& f);
 };
 
@@ -17,6 +17,6 @@ struct FieldParams {
 geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& run,
                                     const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage field_stage{"field", 2, &field};
+inline constexpr pipeline::Stage field_stage{"field", 3, &field};
 
 }  // namespace geocage::stages

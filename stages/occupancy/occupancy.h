@@ -5,7 +5,7 @@
 namespace geocage::stages {
 
 struct OccupancyParams {
-  double resolution_m = 0.005;
+  double resolution_m = 0.005, least_end_share = 0;
   void visit(pipeline::Fields& f);
 };
 

@@ -1,13 +1,13 @@
 // Approaches of placed grasps, by this project's planner and by RRT-Connect with shortcuts to the open and to
 // the closed hand, all under the same checker and the same certificate, in one run:
 //   motion_study FOLDER OUT.csv [--floating N] [--arm N] [--winding N] [--only a,b] [--seconds S] [--search
-//   aico] [--hand NAME] [--rivals 0]
+//   aico] [--hand NAME] [--rivals 0] [--seed N]
 // Grasps of every mesh of the folder come from remesh, balls, score and place. A problem is a grasp and a
 // start 0.3 m away in a random direction, turned by up to 0.8 rad, hand open; with the arm the start is what
 // the arm reaches of that. One CSV line a problem and planner; tables on stdout. CPU times are of this
 // thread. No clock decides anything but when
 // --seconds are used up: then the rest of the problems is left out, and the tables say how many there were.
-// --rivals 0 leaves the others out, for a profile of the planner.
+// --rivals 0 leaves the others out, for a profile of the planner; --seed takes other starts.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,6 +20,7 @@
 
 #include <time.h>
 
+#include "geometry/median.h"
 #include "hands/arm.h"
 #include "hands/closing.h"
 #include "motion/approach.h"
@@ -48,7 +49,7 @@ using motion::Path;
 
 struct Options {
   std::string folder, csv, hand = "schunk_sdh";
-  int floating = 400, arm = 100, winding = 40;
+  int floating = 400, arm = 100, winding = 40, seed = 0;
   double seconds = 1e9;
   bool messages = false, rivals = true;
   std::vector<std::string> only;
@@ -65,7 +66,7 @@ Options read_options(int argc, char** argv) {
     std::fprintf(
         stderr,
         "motion_study FOLDER OUT.csv [--floating N] [--arm N] [--winding N] [--only a,b] [--seconds S] "
-        "[--search gauss_newton|aico] [--hand NAME] [--rivals 0|1]\n");
+        "[--search gauss_newton|aico] [--hand NAME] [--rivals 0|1] [--seed N]\n");
     std::exit(2);
   }
   Options o;
@@ -85,6 +86,8 @@ Options read_options(int argc, char** argv) {
       o.seconds = std::stod(value);
     else if (key == "--hand")
       o.hand = value;
+    else if (key == "--seed")
+      o.seed = std::stoi(value);
     else if (key == "--rivals")
       o.rivals = value != "0";
     else if (key == "--search")
@@ -276,7 +279,7 @@ struct Study {
 
   /// Problem i of the floating hand, or of the arm; none where start or goal is not free, or out of reach.
   std::unique_ptr<Problem> problem(const Object& object, bool arm, int i) {
-    std::mt19937_64 engine(static_cast<std::uint64_t>(1000 * i + 7));
+    std::mt19937_64 engine(static_cast<std::uint64_t>(1000 * i + 7 + 1000003 * options.seed));
     auto p = std::make_unique<Problem>();
     p->grasp = static_cast<std::size_t>(i) % object.grasps.size();
     const hands::Grasp& grasp = object.grasps[p->grasp];
@@ -404,8 +407,9 @@ struct Study {
       const auto w = reports::wilson(hits, static_cast<int>(answers[k].size()));
       std::printf(
           "| %s | %d | %.1f to %.1f %% | %d / %d | %.2f | %.1f | %.0f | %.1f | ours is %.3f | %.3f |\n",
-          names[k], hits, 100 * w.low, 100 * w.high, hits, any, quantile(ms, 0.5), quantile(ms, 0.98),
-          quantile(sweeps, 0.5), quantile(clearance, 0.5), quantile(length, 0.5), quantile(effort, 0.5));
+          names[k], hits, 100 * w.low, 100 * w.high, hits, any, geometry::median(ms), quantile(ms, 0.98),
+          geometry::median(sweeps), geometry::median(clearance), geometry::median(length),
+          geometry::median(effort));
     }
     std::map<std::string, int> planners;
     for (const Answer& a : answers[0]) ++planners[a.planner];
@@ -445,7 +449,8 @@ struct Study {
       for (std::size_t with = 0; with < 3; ++with)
         if (!cost[with].empty())
           std::printf("| %s | %s | %d / %d | %.1f | %.1f |\n", object.name.c_str(), names[with],
-                      certified[with], count, quantile(clearance[with], 0.5), quantile(cost[with], 0.5));
+                      certified[with], count, geometry::median(clearance[with]),
+                      geometry::median(cost[with]));
       std::fflush(stdout);
     }
   }

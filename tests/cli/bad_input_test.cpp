@@ -225,7 +225,10 @@ TEST_F(BadInput, WhatIsEvaluated) {
   other.replace(other.find("schunk_sdh"), 10, "barrett_bh280");
   const Ended mismatched = evaluate("ball.ply", other);
   EXPECT_EQ(mismatched.code, 3) << mismatched.err;
-  EXPECT_TRUE(says(mismatched, "barrett_bh280")) << mismatched.err;
+  EXPECT_TRUE(says(mismatched, "--hand barrett_bh280")) << mismatched.err;
+  const Ended none = evaluate("ball.ply", R"({"schema": "geocage-grasps 1", "grasps": []})");
+  EXPECT_EQ(none.code, 3) << none.err;
+  EXPECT_TRUE(says(none, "holds no grasp")) << none.err;
 }
 
 }  // namespace
