@@ -12,7 +12,7 @@
 namespace geocage::motion {
 
 struct ApproachRule {
-  int steps = 50;           ///< of the free part
+  int steps = 32;           ///< of the free part
   int closing_steps = 20;   ///< of closing, at least
   double retreat_m = 0.12;  ///< from here on a scripted way is straight along the approach
   double margin_m = 0.012;  ///< the path is pushed off surfaces nearer than this; fades over the last quarter

@@ -105,6 +105,18 @@ class Outline {
     return within(part, box.center(), box.sizes() / 2, faces, 0);
   }
 
+  /// Whether the middle between two corners of the parts shows already that the hull of both is not within.
+  bool parted(const ConvexPart& a, const ConvexPart& b) const {
+    constexpr std::size_t looks = 8;  // of each part's corners
+    for (std::size_t i = 0; i < looks; ++i)
+      for (std::size_t j = 0; j < looks; ++j) {
+        const Vec3 &p = a.vertices_O[i * a.vertices_O.size() / looks],
+                   &q = b.vertices_O[j * b.vertices_O.size() / looks];
+        if (field_.value((p + q) / 2) > limit_m_) return true;
+      }
+    return false;
+  }
+
  private:
   /// `faces`, from `first` on, are those that may cut the box.
   bool within(const ConvexPart& part, const Vec3& middle, const Vec3& half, std::vector<std::size_t>& faces,
@@ -146,6 +158,7 @@ class Outline {
 struct Piece {
   Box box;
   ConvexPart part;
+  int changed = 0;  ///< in this round of merging
 };
 
 struct Cutter {
@@ -168,7 +181,7 @@ struct Cutter {
     int axis = 0;
     const double longest = box.sizes().maxCoeff(&axis);
     if (longest < 2 * rule.smallest_box_m || outline.within(part)) {
-      pieces.push_back({box, std::move(part)});
+      pieces.push_back({box, std::move(part), 0});
       return;
     }
     Box low = box, high = box;
@@ -178,11 +191,14 @@ struct Cutter {
   }
 
   void merge() {
-    for (bool merged = true; merged;) {
+    bool merged = true;
+    for (int round = 1; merged; ++round) {
       merged = false;
       for (std::size_t i = 0; i < pieces.size(); ++i)
         for (std::size_t j = i + 1; j < pieces.size();) {
-          if (pieces[i].box.exteriorDistance(pieces[j].box) > 1e-9) {
+          const bool tried = std::max(pieces[i].changed, pieces[j].changed) < round - 1;
+          if (tried || pieces[i].box.exteriorDistance(pieces[j].box) > 1e-9 ||
+              outline.parted(pieces[i].part, pieces[j].part)) {
             ++j;
             continue;
           }
@@ -193,7 +209,7 @@ struct Cutter {
             ++j;
             continue;
           }
-          pieces[i] = {pieces[i].box.merged(pieces[j].box), std::move(both)};
+          pieces[i] = {pieces[i].box.merged(pieces[j].box), std::move(both), round};
           pieces.erase(pieces.begin() + static_cast<long>(j));
           merged = true;
         }

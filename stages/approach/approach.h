@@ -10,7 +10,7 @@ namespace geocage::stages {
 struct ApproachParams {
   double start_m = 0.3;
   double retreat_m = 0.12;
-  int steps = 50;
+  int steps = 32;
   int closing_steps = 20;
   double margin_m = 0.012;
   double self_margin_m = 0.004;
