@@ -46,6 +46,8 @@ void ImportParams::visit(pipeline::Fields& f) {
   f("concavity_deg", concavity_deg, {0, 180}, "shape: a hollower angle than this is an object's end");
   f("part_points", part_points, {4, 10000000},
     "shape: what touches others and has fewer points belongs to them");
+  f("one_thing", one_thing, {0, 1},
+    "shape: pieces are joined that are one thing with at least this probability");
   f("seed", seed, "of the search for the table");
 }
 
@@ -72,17 +74,21 @@ std::vector<Scene::Object> labelled_objects(const ImportParams& params, const Po
   return objects;
 }
 
-std::vector<Scene::Object> separate_objects(const ImportParams& params, const PointCloud& cloud,
-                                            const geometry::Plane& table, const std::vector<int>& standing) {
+std::vector<Scene::Object> separate_objects(const ImportParams& params, pipeline::Run& run,
+                                            const PointCloud& cloud, const geometry::Plane& table,
+                                            const std::vector<int>& standing) {
   const bool by_shape = params.cluster_by == "shape" && cloud.sensor_origins.size() == 1;
   std::vector<std::vector<int>> parts;
+  int doubtful = 0;
   for (const auto& cluster : clusters_of(cloud, standing, params.cluster_gap_m, params.cluster_points)) {
-    std::vector<std::vector<int>> pieces = {cluster};
+    Parts pieces{{cluster}};
     if (by_shape)
-      pieces =
-          parts_by_shape(cloud, cluster, table, {params.patch_m, params.concavity_deg, params.part_points});
-    parts.insert(parts.end(), pieces.begin(), pieces.end());
+      pieces = parts_by_shape(cloud, cluster, table,
+                              {params.patch_m, params.concavity_deg, params.part_points, params.one_thing});
+    parts.insert(parts.end(), pieces.points.begin(), pieces.points.end());
+    doubtful += pieces.doubtful;
   }
+  if (by_shape) run.metric("doubtful", doubtful);
   std::sort(parts.begin(), parts.end(),
             [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
   std::vector<Scene::Object> objects;
@@ -105,7 +111,7 @@ std::vector<Scene::Object> objects_on_table(const ImportParams& params, pipeline
   if (params.cluster_by == "label" && cloud.label.empty())
     throw UserError(Fault::input, file, "its points have no labels", "say import.cluster_by = 'gap'");
   auto objects = params.cluster_by == "label" ? labelled_objects(params, cloud, standing)
-                                              : separate_objects(params, cloud, table.plane, standing);
+                                              : separate_objects(params, run, cloud, table.plane, standing);
   if (!objects.empty()) cloud.support = table.plane;
   run.metric("points_on_table", static_cast<double>(table.on.size()));
   run.metric("points_above_table", static_cast<double>(standing.size()));

@@ -25,6 +25,7 @@ struct ImportParams {
   double patch_m = 0.02;
   double concavity_deg = 20;
   int part_points = 600;
+  double one_thing = 0.25;
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };

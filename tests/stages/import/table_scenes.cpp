@@ -281,6 +281,14 @@ TriangleMesh thing_of_chance(Chance& chance, const std::filesystem::path& object
   }
 }
 
+TableScene in_the_middle(TableScene scene) {
+  const auto report = check_mesh(together(scene.things));
+  Vec3 middle = (report.box_min + report.box_max) / 2;
+  middle.z() = 0;
+  for (auto& thing : scene.things) thing = placed(thing, -middle);
+  return scene;
+}
+
 std::vector<TableScene> of_chance(const std::filesystem::path& objects, int first_seed) {
   std::vector<TableScene> list;
   for (int k = 0; k < 27; ++k) {
@@ -302,12 +310,95 @@ std::vector<TableScene> of_chance(const std::filesystem::path& objects, int firs
       } else
         scene.things.push_back(pushed(thing, scene.things, way));
     }
-    Vec3 middle = Vec3::Zero();
-    const auto report = check_mesh(together(scene.things));
-    middle = (report.box_min + report.box_max) / 2;
-    middle.z() = 0;
-    for (auto& thing : scene.things) thing = placed(thing, -middle);
-    list.push_back(scene);
+    list.push_back(in_the_middle(std::move(scene)));
+  }
+  return list;
+}
+
+/// A thing, and how far from its axis its top is flat: 0 where nothing can stand on it.
+struct Stackable {
+  TriangleMesh mesh;
+  double flat_m;
+};
+
+Stackable wide_thing(Chance& chance, const std::filesystem::path& objects) {
+  static const std::vector<const char*> files = {
+      "mug.stl",    "bunny.stl", "duck.stl",     "wineglass.stl", "torus.stl",  "ycb_pitcher.obj",
+      "banana.stl", "horse.ply", "elephant.off", "airplane.stl",  "hammer.stl", "scissors.stl"};
+  const auto a_box = [&](double low, double high) -> Stackable {
+    const Vec3 size(chance.in(0.04, 0.12), chance.in(0.04, 0.14), chance.in(low, high));
+    return {box(size), 0.5 * std::min(size.x(), size.y())};
+  };
+  const auto a_can = [&]() -> Stackable {
+    const double radius = chance.in(0.025, 0.05);
+    return {cylinder(radius, chance.in(0.04, 0.16)), radius};
+  };
+  switch (chance.below(objects.empty() ? 11 : 15)) {
+    case 0:
+    case 1:
+      return a_box(0.03, 0.18);
+    case 2:
+    case 3:
+      return a_can();
+    case 4: {
+      const Vec3 size(chance.in(0.1, 0.16), chance.in(0.14, 0.22), chance.in(0.015, 0.05));
+      return {box(size), 0.5 * size.x()};
+    }
+    case 5:
+      return {ball(chance.in(0.025, 0.06)), 0};
+    case 6:
+      return {mug(chance.in(0.03, 0.05), chance.in(0.07, 0.13)), 0};
+    case 7:
+      return {bottle(chance.in(0.025, 0.045), chance.in(0.14, 0.26)), 0};
+    case 8:
+      return {bowl(chance.in(0.05, 0.1), chance.in(0.035, 0.09)), 0};
+    case 9:
+      return chance.below(2) == 0
+                 ? Stackable{cone(chance.in(0.03, 0.06), chance.in(0.07, 0.16)), 0}
+                 : Stackable{
+                       standing(datasets::cup(chance.in(0.03, 0.045), chance.in(0.07, 0.12), 0.003, 60)), 0};
+    case 10:
+      return chance.below(2) == 0
+                 ? Stackable{lying(cylinder(chance.in(0.025, 0.045), chance.in(0.07, 0.15))), 0}
+                 : Stackable{lying(bottle(chance.in(0.025, 0.04), chance.in(0.14, 0.24))), 0};
+    default: {
+      auto mesh =
+          from(objects, files[static_cast<std::size_t>(chance.below(static_cast<int>(files.size())))]);
+      const double scale = chance.in(0.8, 1.2);
+      for (Vec3& p : mesh.vertices) p *= scale;
+      return {mesh, 0};
+    }
+  }
+}
+
+/// One to five things: against each other, or one on another's flat top.
+std::vector<TableScene> wide(const std::filesystem::path& objects, int first_seed, int scenes) {
+  std::vector<TableScene> list;
+  for (int k = 0; k < scenes; ++k) {
+    Chance chance(static_cast<std::uint64_t>(first_seed + k));
+    TableScene scene{"wide " + std::to_string(k), {}};
+    std::vector<double> flat;
+    const int count = 1 + chance.below(5);
+    for (int i = 0; i < count; ++i) {
+      auto [mesh, flat_m] = wide_thing(chance, objects);
+      mesh = placed(mesh, Vec3::Zero(), chance.in(0, 2 * M_PI));
+      const double way = chance.in(0, 2 * M_PI);
+      std::size_t below = 0;
+      while (below < flat.size() && !(flat[below] > 0.03)) ++below;
+      if (scene.things.empty()) {
+        scene.things.push_back(mesh);
+      } else if (below < flat.size() && chance.below(3) == 0) {
+        const auto report = check_mesh(scene.things[below]);
+        Vec3 at = (report.box_min + report.box_max) / 2;
+        at.z() = report.box_max.z();
+        scene.things.push_back(placed(mesh, at + 0.3 * flat[below] * Vec3(std::cos(way), std::sin(way), 0)));
+        flat[below] = 0;
+      } else {
+        scene.things.push_back(pushed(mesh, scene.things, way));
+      }
+      flat.push_back(flat_m);
+    }
+    list.push_back(in_the_middle(std::move(scene)));
   }
   return list;
 }
@@ -317,6 +408,8 @@ std::vector<TableScene> of_chance(const std::filesystem::path& objects, int firs
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects) {
   if (set == "tuning") return tuning(objects);
   if (set == "held_out") return held_out(objects);
+  if (set == "training") return wide(objects, 20000, 240);
+  if (set == "wide") return wide(objects, 50000, 40);
   return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }
 

@@ -1,6 +1,6 @@
 // How often the things of a table scene become one object each:
 //   build/release/table_study --set tuning|held_out|fresh|unseen [--objects DIR] [--rule gap]
-//   [--rule shape]
+//   [--rule shape] [--one_thing 0.25]
 //   [--keep FOLDER] [--scene NAME]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
@@ -23,14 +23,17 @@ int main(int argc, char** argv) {
   fs::path objects, keep;
   std::vector<std::string> rules = {"gap", "shape"};
   app.add_option("--set", set, "which scenes")
-      ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen"}));
+      ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "wide"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules, "values of import.cluster_by");
+  stages::ImportParams params{.scene = "table"};
+  app.add_option("--one_thing", params.one_thing, "import.one_thing");
   app.add_option("--keep", keep, "folder for the scenes")->check(CLI::ExistingDirectory);
   app.add_option("--scene", only, "only this one");
   CLI11_PARSE(app, argc, argv);
   const tests::ScratchFolder scratch;
   std::map<std::string, int> right;
+  int doubtful[2] = {0, 0};  // wrong and right ones that say so
   int all = 0;
   for (const auto& scene : tests::table_scenes(set, objects)) {
     if (!only.empty() && scene.name != only) continue;
@@ -44,8 +47,10 @@ int main(int argc, char** argv) {
         const auto start = std::chrono::steady_clock::now();
         try {
           pipeline::Run run;
-          const auto match = tests::match_labels(
-              stages::find_scene({.scene = "table", .cluster_by = rule}, run, {file}), 300);
+          params.cluster_by = rule;
+          const auto match = tests::match_labels(stages::find_scene(params, run, {file}), 300);
+          if (const auto told = run.metrics().find("doubtful"); told != run.metrics().end())
+            doubtful[match.one_each()] += told->second > 0;
           if (match.one_each()) {
             ++right[rule];
             continue;
@@ -61,4 +66,5 @@ int main(int argc, char** argv) {
     }
   }
   for (const auto& rule : rules) fmt::print("{}: {} of {}\n", rule, right[rule], all);
+  fmt::print("in doubt: {} wrong ones, {} right ones\n", doubtful[0], doubtful[1]);
 }
