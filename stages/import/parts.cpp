@@ -65,14 +65,16 @@ Parts parts_by_shape(const geometry::PointCloud& cloud, const std::vector<int>& 
     const double ratio = p / (1 - p) * (1 - rule.one_thing) / rule.one_thing;
     return ratio < sure && ratio > 1 / sure;
   };
-  for (auto best = odds.likeliest(); best && odds.of(*best) >= rule.one_thing; best = odds.likeliest()) {
-    parts.doubtful += doubtful(odds.of(*best));
-    odds.join(*best);
-  }
-  while (const auto name = fragment(graph, rule.points)) {
-    const auto best = odds.likeliest(*name);
-    if (!best) break;  // alone: all of a small cluster
-    odds.join(*best);
+  for (;;) {  // what has taken a fragment up may be one with another, too
+    auto next = odds.likeliest();
+    if (next && odds.of(*next) >= rule.one_thing) {
+      parts.doubtful += doubtful(odds.of(*next));
+    } else {
+      const auto name = fragment(graph, rule.points);
+      next = name ? odds.likeliest(*name) : std::nullopt;
+    }
+    if (!next) break;
+    odds.join(*next);
   }
   for (const Pair& pair : graph.pairs()) parts.doubtful += doubtful(odds.of(pair));
   for (auto& [name, points] : graph.parts()) parts.points.push_back(std::move(points));
