@@ -16,6 +16,6 @@ struct AgreementParams {
 topology::ScoreAgreement agreement(const AgreementParams& params, pipeline::Run& run,
                                    const topology::Scores& clean, const topology::Scores& noisy);
 
-inline constexpr pipeline::Stage agreement_stage{"agreement", 1, &agreement};
+inline constexpr pipeline::Stage agreement_stage{"agreement", 2, &agreement};
 
 }  // namespace geocage::stages
