@@ -6,6 +6,7 @@
 #include "motion/tasks/limits.h"
 #include "motion/tasks/self_clearance.h"
 #include "motion/tasks/state.h"
+#include "motion/tasks/winding.h"
 
 namespace geocage::motion {
 
@@ -145,6 +146,9 @@ Path ApproachPlanner::improved(const Path& seed, double collision_precision, App
   if (!pairs_.empty() && rule_.self_margin_m > 0)
     problem.tasks.push_back(self_clearance_task(mover_, pairs_, margin_share * rule_.self_margin_m,
                                                 constant_precision(T, collision_precision), placed));
+  if (rule_.winding_precision > 0)
+    for (Task& task : wrapping_tasks(mover_, path.front(), path.back(), T, rule_.winding_precision))
+      problem.tasks.push_back(std::move(task));
   Path answer;
   if (rule_.by_messages) {
     AicoParams params{.max_sweeps = std::min(most_sweeps, rule_.max_sweeps),

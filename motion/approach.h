@@ -20,6 +20,7 @@ struct ApproachRule {
   double collision_precision = 0.5;
   double goal_precision = 1e4;
   double limits_precision = 10;
+  double winding_precision = 0;  ///< weight of fingers that wrap as they come (wrapping_tasks); 0: none
   double damping = 0.1;
   double cost_tolerance = 1e-2;  ///< a search ends when a sweep brings less than this share
   int max_sweeps = 40;

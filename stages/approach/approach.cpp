@@ -34,6 +34,8 @@ void ApproachParams::visit(pipeline::Fields& f) {
   f("collision_precision", collision_precision, {0, 1e6}, "weight of that push; high ones freeze the path");
   f("goal_precision", goal_precision, {0, 1e9}, "weight of the end");
   f("limits_precision", limits_precision, {0, 1e9}, "weight of joint limits");
+  f("winding_precision", winding_precision, {0, 1e6},
+    "weight of fingers' winding numbers: they wrap as they come; 0: none");
   f("tolerance_m", tolerance_m, {0, 0.01},
     "what may be left unproven: an open hand is nowhere deeper than this");
   f("closing_tolerance_m", closing_tolerance_m, {0, 0.05}, "fingers may touch so deep while they close");
@@ -72,6 +74,7 @@ motion::ApproachRule rule_of(const ApproachParams& p) {
   rule.collision_precision = p.collision_precision;
   rule.goal_precision = p.goal_precision;
   rule.limits_precision = p.limits_precision;
+  rule.winding_precision = p.winding_precision;
   rule.damping = p.damping;
   rule.max_sweeps = p.max_sweeps;
   rule.by_messages = p.search == "aico";

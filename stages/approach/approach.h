@@ -17,6 +17,7 @@ struct ApproachParams {
   double collision_precision = 0.5;
   double goal_precision = 1e4;
   double limits_precision = 10;
+  double winding_precision = 0;
   double tolerance_m = 0.0005;
   double closing_tolerance_m = 0.003;
   double wrap_clearance_m = 0.002;

@@ -435,7 +435,9 @@ struct Study {
         for (std::size_t with = 0; with < 3; ++with) {
           if (with == 2 && object.ring.empty()) continue;
           p->planner->extra_tasks.clear();
-          if (with == 1) add_winding(*p);
+          if (with == 1)
+            p->planner->extra_tasks =
+                motion::wrapping_tasks(*p->mover, p->goal.start, p->goal.closing.back(), rule().steps, 10);
           if (with == 2) add_writhe(*p, object.ring);
           motion::ApproachPlan report;
           const Path path = p->planner->improved(
@@ -469,34 +471,6 @@ struct Study {
       now.evaluate(0, p.goal.closing.back(), last, nullptr);
       p.planner->extra_tasks.push_back(
           task(motion::interpolated_target(first, last, T), motion::constant_precision(T, 10)));
-    }
-  }
-
-  /// Each finger's turns about the middle of the closed fingers, in the plane they flex in, from those of the
-  /// start to those of the grasp.
-  void add_winding(Problem& p) const {
-    const int T = rule().steps;
-    const Vec3 normal = p.mover->pose(p.goal.closing.back()).linear() * hand.flexion_axis_H;
-    std::vector<motion::MovingChain> chains;
-    Vec3 centre = Vec3::Zero();
-    int points = 0;
-    for (std::size_t f = 0; f < p.mover->hand().fingers.size(); ++f) {
-      chains.push_back(motion::chain_of(*p.mover, motion::finger_points(p.mover->hand(), f)));
-      topology::Polyline chain;
-      chains.back()(p.goal.closing.back(), chain, nullptr);
-      for (const Vec3& at : chain) centre += at;
-      points += static_cast<int>(chain.size());
-    }
-    centre /= points;
-    for (const auto& chain : chains) {
-      motion::Task turns =
-          motion::winding_task(chain, centre, normal, motion::constant_target(VectorXd::Zero(1)), {});
-      VectorXd first, last;
-      turns.evaluate(0, p.goal.start, first, nullptr);
-      turns.evaluate(0, p.goal.closing.back(), last, nullptr);
-      p.planner->extra_tasks.push_back(motion::winding_task(chain, centre, normal,
-                                                            motion::interpolated_target(first, last, T),
-                                                            motion::constant_precision(T, 10)));
     }
   }
 };

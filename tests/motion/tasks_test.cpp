@@ -135,6 +135,26 @@ TEST_P(TaskTest, Winding) {
   check(winding_task(chain, Vec3(0.02, 0.01, 0.05), Vec3(1, 2, 2) / 3, constant_target(VectorXd::Zero(1)),
                      on_));
 }
+// Both ends are what is asked for, and what is asked between them is as many turns as fingers make by
+// closing.
+TEST_P(TaskTest, FingersWrapAsTheyCome) {
+  constexpr int horizon = 8;
+  VectorXd start = random_state(), closed = start;
+  start.tail(7) = hand().open_rad;
+  closed.tail(7) = hand().open_rad + 0.6 * hand().closing_rad.cwiseProduct(hand().closing_speed);
+  const auto tasks = wrapping_tasks(mover_, start, closed, horizon, 1);
+  ASSERT_EQ(tasks.size(), 3u);
+  for (const Task& task : tasks) {
+    VectorXd first, last, across;
+    task.evaluate(0, start, first, nullptr);
+    task.evaluate(horizon, closed, last, nullptr);
+    task.evaluate(0, closed, across, nullptr);
+    EXPECT_NEAR(first[0], 0, 1e-12);
+    EXPECT_NEAR(last[0], 0, 1e-12);
+    EXPECT_GT(std::abs(across[0]), 0.01);
+    check(task, true);
+  }
+}
 TEST_P(TaskTest, Writhe) {
   const auto chain = chain_of(mover_, finger_points(mover_.hand(), 0));
   const auto points = static_cast<Eigen::Index>(finger_points(mover_.hand(), 0).size());

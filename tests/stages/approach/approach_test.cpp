@@ -206,6 +206,18 @@ TEST_F(ApproachTest, MessagesAndGaussNewtonAgree) {
   EXPECT_NEAR(messages.efficiency.length, newton.efficiency.length, 1e-2 * newton.efficiency.length);
 }
 
+// Wrapping as the hand comes is asked for, not promised: the way is another one, and proven.
+TEST_F(ApproachTest, FingersMayWrapAsTheyCome) {
+  pipeline::Run run;
+  const auto grasps = grasp_from(Vec3::UnitZ());
+  const auto without = approach({}, run, grasps, field_, {}, {}, hand_).trajectories.at(0);
+  const auto with =
+      approach({.winding_precision = 10}, run, grasps, field_, {}, {}, hand_).trajectories.at(0);
+  ASSERT_EQ(with.outcome, "planned");
+  EXPECT_TRUE(with.certified);
+  EXPECT_NE(with.q_rad, without.q_rad);
+}
+
 TEST_F(ApproachTest, SameForAnyThreadCount) {
   hands::GraspSet grasps;
   for (const Vec3& side : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, -1, 0)})
