@@ -98,8 +98,10 @@ def main():
         m = model().fit(x[train], one[train], sample_weight=weight[train])
         p = m.predict_proba(x[test])[:, 1]
         wrong = (p > 0.5) != one[test]
-        folds.append((roc_auc_score(one[test], p, sample_weight=weight[test]), (weight[test] * wrong).sum() / weight[test].sum()))
-    print("5 folds: area under curve, weighted error:", np.mean(folds, axis=0), len(one), "pairs", file=sys.stderr)
+        folds.append((roc_auc_score(one[test], p, sample_weight=weight[test]),
+                      (weight[test] * wrong).sum() / weight[test].sum()))
+    print(f"{len(one)} pairs; 5 folds: area under curve, weighted error:", np.mean(folds, axis=0),
+          file=sys.stderr)
     m = model().fit(x, one, sample_weight=weight)
     for k in np.argsort(-m.feature_importances_)[:40]:
         print(f"{names[k]:14s} {m.feature_importances_[k]:.3f}", file=sys.stderr)
@@ -112,21 +114,22 @@ def main():
     start = np.log(start / (1 - start))
     trees = [complete(tree.tree_) for (tree,) in m.estimators_]
     check(m, trees, start, x)
-    print(HEAD.format(start=f"{start:.5g}", trees=TREES, command=" ".join(sys.argv[:1])))
+    print(HEAD.format(start=f"{start:.5g}"))
     for feature, threshold, leaf in trees:
-        print("    {{%s}, {%s}, {%s}}," % (", ".join(map(str, feature)), ", ".join(f"{t:.5g}" for t in threshold),
-                                           ", ".join(f"{RATE * v:.4g}" for v in leaf)))
+        rows = (map(str, feature), (f"{t:.5g}" for t in threshold), (f"{RATE * v:.4g}" for v in leaf))
+        print("    {%s}," % ", ".join("{%s}" % ", ".join(row) for row in rows))
     print(TAIL)
 
 
 def check(m, trees, start, x):
-    """What is written says what the model says: to 5 digits, at what rounding of thresholds leaves alone."""
+    """What is written says what the model says."""
     odds = np.full(len(x), start)
+    rows = np.arange(len(x))
     for feature, threshold, leaf in trees:
         at = np.zeros(len(x), int)
         for _ in range(DEPTH):
-            at = np.where(x[np.arange(len(x)), np.array(feature)[at]] <= np.array(threshold)[at], 2 * at + 1, 2 * at + 2) \
-                if at.max() < len(feature) else at
+            low = x[rows, np.array(feature)[at]] <= np.array(threshold)[at]
+            at = 2 * at + np.where(low, 1, 2)
         odds += RATE * np.array(leaf)[at - len(feature)]
     assert np.abs(odds - m.decision_function(x)).max() < 1e-3
 
