@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -77,18 +78,19 @@ std::vector<Scene::Object> labelled_objects(const ImportParams& params, const Po
 std::vector<Scene::Object> separate_objects(const ImportParams& params, pipeline::Run& run,
                                             const PointCloud& cloud, const geometry::Plane& table,
                                             const std::vector<int>& standing) {
-  const bool by_shape = params.cluster_by == "shape" && cloud.sensor_origins.size() == 1;
+  std::optional<Sight> sight;  // by shape
+  if (params.cluster_by == "shape" && cloud.sensor_origins.size() == 1) sight = sight_of(cloud);
   std::vector<std::vector<int>> parts;
   int doubtful = 0;
   for (const auto& cluster : clusters_of(cloud, standing, params.cluster_gap_m, params.cluster_points)) {
     Parts pieces{{cluster}};
-    if (by_shape)
-      pieces = parts_by_shape(cloud, cluster, table,
+    if (sight)
+      pieces = parts_by_shape(cloud, *sight, cluster, table,
                               {params.patch_m, params.concavity_deg, params.part_points, params.one_thing});
     parts.insert(parts.end(), pieces.points.begin(), pieces.points.end());
     doubtful += pieces.doubtful;
   }
-  if (by_shape) run.metric("doubtful", doubtful);
+  if (sight) run.metric("doubtful", doubtful);
   std::sort(parts.begin(), parts.end(),
             [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
   std::vector<Scene::Object> objects;

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-
-#include <Eigen/Eigenvalues>
 
 #include "geometry/depth_camera.h"
 #include "geometry/median.h"
@@ -86,43 +83,10 @@ std::vector<Vec3> along_table(const geometry::Plane& table) {
   return directions;
 }
 
-/// From the sensor on.
-std::vector<Vec3> seen_from_sensor(const geometry::PointCloud& cloud, const std::vector<int>& chosen) {
-  std::vector<Vec3> points;
-  points.reserve(chosen.size());
-  for (int i : chosen) points.push_back(cloud.points[i] - cloud.sensor_origins.front());
-  return points;
-}
-
-std::vector<Vec3> seen_from_sensor(const geometry::PointCloud& cloud) {
-  std::vector<int> all(cloud.size());
-  std::iota(all.begin(), all.end(), 0);
-  return seen_from_sensor(cloud, all);
-}
-
 /// What a border holds together: its length, less in a hollow, and nothing at the tolerance; hollower ones
 /// push apart, at most twice as much as flat ones hold.
 double bond_of(const Border& border, double tolerance_rad) {
   return border.length_m * std::clamp(1 - border.hollow_rad / tolerance_rad, -2.0, 1.0);
-}
-
-struct Flatness {
-  Vec3 middle = Vec3::Zero(), normal = Vec3::Zero();  ///< no normal of too few points
-  double off_m = 0;
-};
-
-Flatness flatness_of(const std::vector<Vec3>& points) {
-  Flatness flat;
-  if (points.empty()) return flat;
-  for (const Vec3& p : points) flat.middle += p;
-  flat.middle /= static_cast<double>(points.size());
-  if (points.size() < 8) return flat;
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const Vec3& p : points) scatter += (p - flat.middle) * (p - flat.middle).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
-  flat.normal = axes.eigenvectors().col(0);
-  flat.off_m = std::sqrt(std::max(0.0, axes.eigenvalues()[0]) / static_cast<double>(points.size()));
-  return flat;
 }
 
 /// How far points lie from a plane of this normal; a few points of something else don't count.
@@ -158,16 +122,17 @@ double share_inside(const std::vector<double>& outline, const std::vector<Vec3>&
 
 }  // namespace
 
-PartGraph::PartGraph(const geometry::PointCloud& cloud, const std::vector<int>& cluster,
+PartGraph::PartGraph(const geometry::PointCloud& cloud, const Sight& sight, const std::vector<int>& cluster,
                      const geometry::Plane& table, const PartRule& rule)
     : cloud_(cloud),
       cluster_(cluster),
       table_(table),
       rule_(rule),
-      sight_(seen_from_sensor(cloud)),
+      sight_(sight),
       round_(all_round()),
       level_(along_table(table)) {
-  const auto seen = seen_from_sensor(cloud, cluster);
+  Points seen;
+  for (int i : cluster) seen.push_back(cloud.points[i] - cloud.sensor_origins.front());
   near_ = near_points(seen, rule.patch_m / 2);
   patches_ = patches_of(seen, near_, rule.patch_m);
   cut(seen);
@@ -225,7 +190,7 @@ PartGraph::Part PartGraph::part_of(const std::vector<int>& members) const {
     part.seen.push_back(p - cloud_.sensor_origins.front());
     heights.push_back(table_.height_m(p));
   }
-  const Flatness flat = flatness_of(part.seen);
+  const Flat flat = flat_of(part.seen);
   part.middle = flat.middle;
   part.normal = flat.normal;
   part.flat_m = flat.off_m;
@@ -320,7 +285,7 @@ std::pair<double, double> PartGraph::carrier(const Part& under, const Points& to
         std::any_of(touching.begin(), touching.end(),
                     [&](const Vec3& q) { return (p - q).squaredNorm() < near_m * near_m; }))
       top.push_back(p);
-  const Flatness flat = flatness_of(top);
+  const Flat flat = flat_of(top);
   if (flat.normal.isZero()) return {M_PI / 2, 0};
   return {std::acos(std::clamp(std::abs(flat.normal.dot(table_.normal)), 0.0, 1.0)),
           unevenness_m(top, flat.normal)};
@@ -419,6 +384,12 @@ void PartGraph::join(const Pair& pair) {
       contact.gap_height_m = lost.gap_height_m;
     }
   }
+}
+
+std::map<int, int> PartGraph::sizes() const {
+  std::map<int, int> sizes;
+  for (const auto& [name, part] : parts_) sizes.emplace(name, static_cast<int>(part.points.size()));
+  return sizes;
 }
 
 std::map<int, std::vector<int>> PartGraph::parts() const {

@@ -27,8 +27,8 @@ class PartGraph {
 
   /// Almost flat patches become parts by a multicut (multicut.h) of the borders between them: too many
   /// rather than too few. All references outlive this. Precondition: as of parts_by_shape.
-  PartGraph(const geometry::PointCloud& cloud, const std::vector<int>& cluster, const geometry::Plane& table,
-            const PartRule& rule);
+  PartGraph(const geometry::PointCloud& cloud, const Sight& sight, const std::vector<int>& cluster,
+            const geometry::Plane& table, const PartRule& rule);
 
   /// Parts that lie within 3 cm of each other, ascending.
   std::vector<Pair> pairs() const;
@@ -37,7 +37,8 @@ class PartGraph {
   void join(const Pair& pair);
   /// Points of each part by its name, as indices into the cloud, in the cluster's order.
   std::map<int, std::vector<int>> parts() const;
-  int size(int name) const { return static_cast<int>(parts_.at(name).points.size()); }
+  /// How many points each part has.
+  std::map<int, int> sizes() const;
 
  private:
   using Points = std::vector<geometry::Vec3>;
@@ -79,7 +80,7 @@ class PartGraph {
   const std::vector<int>& cluster_;
   const geometry::Plane table_;
   const PartRule rule_;
-  const Sight sight_;
+  const Sight& sight_;
   const Points round_, level_;  ///< directions of outlines
   std::vector<std::vector<int>> near_;
   Patches patches_;

@@ -48,17 +48,20 @@ class Odds {
 /// The smallest part of fewer points.
 std::optional<int> fragment(const PartGraph& graph, int points) {
   std::optional<int> least;
-  for (const auto& [name, part] : graph.parts())
-    if (graph.size(name) < (least ? graph.size(*least) : points)) least = name;
+  for (const auto& [name, size] : graph.sizes())
+    if (size < points) {
+      least = name;
+      points = size;
+    }
   return least;
 }
 
 }  // namespace
 
-Parts parts_by_shape(const geometry::PointCloud& cloud, const std::vector<int>& cluster,
+Parts parts_by_shape(const geometry::PointCloud& cloud, const Sight& sight, const std::vector<int>& cluster,
                      const geometry::Plane& table, const PartRule& rule) {
   constexpr double sure = 3;  // odds, against those of the limit
-  PartGraph graph(cloud, cluster, table, rule);
+  PartGraph graph(cloud, sight, cluster, table, rule);
   Odds odds(graph);
   Parts parts;
   const auto doubtful = [&](double p) {

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "geometry/cloud.h"
+#include "stages/import/sight.h"
 
 namespace geocage::stages {
 
@@ -21,7 +22,7 @@ struct Parts {
 /// Objects that touch: the points of one cluster fall into pieces that end in hollow creases, and pieces are
 /// joined, the likeliest pair first, that are probably one thing (part_graph.h, join_trees.h). Precondition:
 /// one sensor, whose place is known: it tells which way a patch faces, and which places are empty.
-Parts parts_by_shape(const geometry::PointCloud& cloud, const std::vector<int>& cluster,
+Parts parts_by_shape(const geometry::PointCloud& cloud, const Sight& sight, const std::vector<int>& cluster,
                      const geometry::Plane& table, const PartRule& rule);
 
 }  // namespace geocage::stages

@@ -47,22 +47,6 @@ void name_the_nameless(std::vector<int>& patch, const std::vector<std::vector<in
   count += rest;
 }
 
-struct Flat {
-  Vec3 middle = Vec3::Zero(), normal = Vec3::Zero();  ///< zero of too few points; towards the sensor
-};
-
-Flat flat_of(const std::vector<Vec3>& points, const std::vector<int>& chosen) {
-  Flat flat;
-  for (int i : chosen) flat.middle += points[i];
-  flat.middle /= static_cast<double>(chosen.size());
-  if (chosen.size() < 8) return flat;
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (int i : chosen) scatter += (points[i] - flat.middle) * (points[i] - flat.middle).transpose();
-  flat.normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
-  if (flat.normal.dot(flat.middle) > 0) flat.normal = -flat.normal;
-  return flat;
-}
-
 /// How far each point of a patch lies from the nearest of those at the border.
 std::vector<double> from_border(const std::vector<Vec3>& points, const std::vector<int>& patch,
                                 const std::vector<int>& border) {
@@ -77,10 +61,10 @@ std::vector<double> from_border(const std::vector<Vec3>& points, const std::vect
 
 Flat flat_near(const std::vector<Vec3>& points, const std::vector<int>& patch,
                const std::vector<double>& distance2, double within_m) {
-  std::vector<int> chosen;
+  std::vector<Vec3> near;
   for (std::size_t k = 0; k < patch.size(); ++k)
-    if (distance2[k] < within_m * within_m) chosen.push_back(patch[k]);
-  return chosen.empty() ? Flat{} : flat_of(points, chosen);
+    if (distance2[k] < within_m * within_m) near.push_back(points[patch[k]]);
+  return flat_of(near);
 }
 
 double hollow_between(const Flat& a, const Flat& b) {
@@ -129,6 +113,21 @@ std::vector<Border> borders_of(const std::vector<Vec3>& points, const std::vecto
 }
 
 }  // namespace
+
+Flat flat_of(const std::vector<Vec3>& points) {
+  Flat flat;
+  if (points.empty()) return flat;
+  for (const Vec3& p : points) flat.middle += p;
+  flat.middle /= static_cast<double>(points.size());
+  if (points.size() < 8) return flat;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Vec3& p : points) scatter += (p - flat.middle) * (p - flat.middle).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
+  flat.normal = axes.eigenvectors().col(0);
+  if (flat.normal.dot(flat.middle) > 0) flat.normal = -flat.normal;
+  flat.off_m = std::sqrt(std::max(0.0, axes.eigenvalues()[0]) / static_cast<double>(points.size()));
+  return flat;
+}
 
 std::vector<std::vector<int>> near_points(const std::vector<Vec3>& points, double reach_m) {
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;

@@ -20,6 +20,14 @@ struct Patches {
   std::vector<Border> borders;
 };
 
+/// A plane through points.
+struct Flat {
+  geometry::Vec3 middle = geometry::Vec3::Zero();
+  geometry::Vec3 normal = geometry::Vec3::Zero();  ///< towards the origin; zero of fewer than eight points
+  double off_m = 0;                                ///< deviation from it
+};
+Flat flat_of(const std::vector<geometry::Vec3>& points);
+
 /// Near points of each point, the nearest 8 within `reach_m`.
 std::vector<std::vector<int>> near_points(const std::vector<geometry::Vec3>& points, double reach_m);
 

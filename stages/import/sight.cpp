@@ -109,4 +109,11 @@ double Sight::emptiness_between(const std::vector<Vec3>& a, const std::vector<Ve
   return static_cast<double>(empty_ones) / pairs;
 }
 
+Sight sight_of(const geometry::PointCloud& cloud) {
+  std::vector<Vec3> points;
+  points.reserve(cloud.size());
+  for (const Vec3& p : cloud.points) points.push_back(p - cloud.sensor_origins.front());
+  return Sight(points);
+}
+
 }  // namespace geocage::stages

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "geometry/pose.h"
+#include "geometry/cloud.h"
 
 namespace geocage::stages {
 
@@ -33,5 +33,8 @@ class Sight {
   int cells_[2];
   std::vector<float> nearest_m_;  ///< of each cell; 0 where nothing was seen
 };
+
+/// What the cloud's first sensor saw. Precondition: its place is known.
+Sight sight_of(const geometry::PointCloud& cloud);
 
 }  // namespace geocage::stages

@@ -55,17 +55,18 @@ void tell_pairs(std::ostream& out, const std::string& scene, PartGraph& graph,
                 const geometry::PointCloud& cloud) {
   for (bool joined = true; joined;) {
     const auto thing = things_of(graph, cloud);
+    const auto size = graph.sizes();
     std::vector<PartGraph::Pair> same;
     for (const auto& pair : graph.pairs()) {
       const bool one = thing.at(pair.first) == thing.at(pair.second);
       if (one) same.push_back(pair);
-      const auto [smaller, larger] = std::minmax(graph.size(pair.first), graph.size(pair.second));
+      const auto [smaller, larger] = std::minmax(size.at(pair.first), size.at(pair.second));
       fmt::print(out, "{},{},{},{}", scene, static_cast<int>(one), smaller, larger);
       for (double value : graph.evidence(pair).value) fmt::print(out, ",{:.5g}", value);
       fmt::print(out, "\n");
     }
     std::stable_sort(same.begin(), same.end(), [&](const auto& a, const auto& b) {
-      return graph.size(a.first) + graph.size(a.second) > graph.size(b.first) + graph.size(b.second);
+      return size.at(a.first) + size.at(a.second) > size.at(b.first) + size.at(b.second);
     });
     join_half(graph, same);
     joined = !same.empty();
@@ -94,10 +95,11 @@ int main(int argc, char** argv) {
     geometry::Scene scene;
     scene.cloud = geometry::read_cloud(path, 1);
     const auto table = stages::find_plane(scene.cloud, params.plane_tolerance_m, params.seed);
+    const auto sight = stages::sight_of(scene.cloud);
     const auto standing = stages::standing_on(scene.cloud, table, params.above_min_m, params.above_max_m);
     for (const auto& cluster :
          stages::clusters_of(scene.cloud, standing, params.cluster_gap_m, params.cluster_points)) {
-      PartGraph graph(scene.cloud, cluster, table.plane,
+      PartGraph graph(scene.cloud, sight, cluster, table.plane,
                       {params.patch_m, params.concavity_deg, params.part_points, params.one_thing});
       tell_pairs(out, path.stem().string(), graph, scene.cloud);
       for (const auto& [name, points] : graph.parts())

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Learns from pairs of parts which are one thing (python3-sklearn):
-  train_joins.py TRAINING.csv [TEST.csv] > stages/import/join_trees.cpp
+  train_joins.py TRAINING.csv [TEST.csv] > stages/import/join_trees.inc
 Boosted regression trees of depth 3, written as complete trees: split n sends what is at most its threshold to
 2 n + 1, the rest to 2 n + 2."""
 import csv
@@ -12,44 +12,6 @@ from sklearn.metrics import roc_auc_score
 from sklearn.model_selection import GroupKFold
 
 TREES, DEPTH, RATE = 200, 3, 0.1
-
-
-HEAD = """// Made by tests/stages/import/train_joins.py of pairs that part_pairs wrote; not by hand.
-#include "stages/import/join_trees.h"
-
-#include <cmath>
-
-namespace geocage::stages {{
-
-namespace {{
-
-constexpr int splits = 7;
-
-/// Split n sends what is at most its threshold to 2 n + 1, the rest to 2 n + 2; leaves follow the splits.
-struct Tree {{
-  int feature[splits];
-  double threshold[splits], leaf[splits + 1];
-}};
-
-constexpr double start = {start};
-// clang-format off
-constexpr Tree trees[] = {{"""
-TAIL = """};
-// clang-format on
-
-}  // namespace
-
-double probability_of_one(const Evidence& evidence) {
-  double log_odds = start;
-  for (const Tree& tree : trees) {
-    int at = 0;
-    while (at < splits) at = 2 * at + (evidence.value[tree.feature[at]] <= tree.threshold[at] ? 1 : 2);
-    log_odds += tree.leaf[at - splits];
-  }
-  return 1 / (1 + std::exp(-log_odds));
-}
-
-}  // namespace geocage::stages"""
 
 
 def read(path):
@@ -114,11 +76,12 @@ def main():
     start = np.log(start / (1 - start))
     trees = [complete(tree.tree_) for (tree,) in m.estimators_]
     check(m, trees, start, x)
-    print(HEAD.format(start=f"{start:.5g}"))
+    print("// Made by tests/stages/import/train_joins.py of pairs that part_pairs wrote; not by hand.")
+    print(f"// clang-format off\nconstexpr double start = {start:.5g};\nconstexpr Tree trees[] = {{")
     for feature, threshold, leaf in trees:
         rows = (map(str, feature), (f"{t:.5g}" for t in threshold), (f"{RATE * v:.4g}" for v in leaf))
         print("    {%s}," % ", ".join("{%s}" % ", ".join(row) for row in rows))
-    print(TAIL)
+    print("};\n// clang-format on")
 
 
 def check(m, trees, start, x):

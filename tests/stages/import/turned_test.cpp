@@ -38,7 +38,8 @@ TEST(Turned, FindsTheAxisOfWhatTurnsFromHalfOfIt) {
   EXPECT_LT(cone.off_m, 0.0009);
 }
 
-// The corner of a box has no axis: radii about the best one differ.
+// Two walls of 80 mm have no axis: even about the middle of their square radii go from 40 to 57 mm, 5 mm of
+// deviation, of which less than half is asked.
 TEST(Turned, ABoxDoesNot) {
   const Eigen::Matrix3d frame = geometry::frame_from_z(table.normal);
   std::vector<Vec3> points;
