@@ -1,26 +1,62 @@
 #include "topology/ball_region.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 namespace geocage::topology {
+
+namespace {
+
+/// First what has no neighbour outside of its patch, then the others one after the other round its middle:
+/// the rings of a region keep that order, so that a ball is few runs of each.
+void order_patch(const BallMesh& mesh, const std::vector<int>& patch_of, int* begin, int* end) {
+  const int patch = patch_of[*begin];
+  geometry::Vec3 middle = geometry::Vec3::Zero(), normal = middle;
+  for (const int* v = begin; v < end; ++v) middle += mesh.position(*v);
+  middle /= static_cast<double>(end - begin);
+  const auto inner = [&](int v) {
+    for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i)
+      if (patch_of[mesh.links.neighbour[i]] != patch) return false;
+    return true;
+  };
+  int* const border = std::stable_partition(begin, end, inner);
+  for (const int* v = border; v < end; ++v) {
+    const int first = mesh.link_start[*v], last = mesh.link_start[*v + 1];
+    for (int i = first; i < last; ++i) {
+      const int from = mesh.links.neighbour[i], to = mesh.links.neighbour[i + 1 < last ? i + 1 : first];
+      if (from == mesh.count || to == mesh.count) continue;
+      normal += (mesh.position(from) - mesh.position(*v)).cross(mesh.position(to) - mesh.position(*v));
+    }
+  }
+  const geometry::Vec3 u = normal.unitOrthogonal(), w = normal.cross(u) / std::max(normal.norm(), 1e-300);
+  std::pair<double, int> around[lanes];
+  for (int* v = border; v < end; ++v) {
+    const geometry::Vec3 out = mesh.position(*v) - middle;
+    around[v - border] = {std::atan2(out.dot(w), out.dot(u)), *v};
+  }
+  std::sort(around, around + (end - border));
+  for (int* v = border; v < end; ++v) *v = around[v - border].second;
+}
+
+}  // namespace
 
 Patches make_patches(const BallMesh& mesh) {
   constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
   Patches patches;
   patches.start.push_back(0);
-  std::vector<char> assigned(static_cast<std::size_t>(mesh.count));
+  std::vector<int> patch_of(static_cast<std::size_t>(mesh.count) + 1, -1);
   std::vector<int> seen(static_cast<std::size_t>(mesh.count) + 1, -1), queue;
   for (int seed = 0; seed < mesh.count; ++seed) {
-    if (assigned[seed]) continue;
+    if (patch_of[seed] >= 0) continue;
     queue.assign(1, seed);
     seen[seed] = seed;
     const std::size_t full = patches.sources.size() + lanes;
     for (std::size_t head = 0; head < queue.size() && patches.sources.size() < full && head < farthest_seen;
          ++head) {
       const int v = queue[head];
-      if (!assigned[v]) {
-        assigned[v] = 1;
+      if (patch_of[v] < 0) {
+        patch_of[v] = patches.count();
         patches.sources.push_back(v);
       }
       for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
@@ -30,6 +66,8 @@ Patches make_patches(const BallMesh& mesh) {
         queue.push_back(w);
       }
     }
+    order_patch(mesh, patch_of, patches.sources.data() + patches.start.back(),
+                patches.sources.data() + patches.sources.size());
     patches.start.push_back(static_cast<int>(patches.sources.size()));
   }
   return patches;

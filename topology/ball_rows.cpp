@@ -223,7 +223,7 @@ HWY_INLINE void turn_lanes(std::uint64_t changed, std::uint64_t begins, const do
   for (; changed; changed &= changed - 1) {
     const int l = std::countr_zero(changed);
     double* sum = sums + static_cast<std::ptrdiff_t>(l) * sum_slots;
-    const auto sign = hn::Set(d, (begins >> l) & 1 ? -0.0 : 0.0);
+    const auto sign = hn::BitCast(d, hn::Set(hn::RebindToUnsigned<Doubles>(), (begins >> l) << 63));
     for (int k = 0; k < sum_slots; k += double_width)
       hn::Store(hn::Add(hn::Load(d, sum + k), hn::Xor(hn::Load(d, prefix + k), sign)), d, sum + k);
   }
