@@ -65,8 +65,8 @@ void print(const RunSummary& summary) {
     fmt::print(
         "{} slots failed before and were not tried again (--retry failed does); see geocage failures\n",
         known);
-  if (!summary.report.empty()) fmt::print("report: {}\n", summary.report.string());
   if (!summary.results.empty()) fmt::print("results: {}\n", summary.results.string());
+  if (!summary.report.empty()) fmt::print("report: {}\n", summary.report.string());
 }
 
 int exit_code(const reports::Counts& counts) {

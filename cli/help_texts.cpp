@@ -1,11 +1,14 @@
 #include "cli/help_texts.h"
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include "pipeline/settings.h"
 
 namespace geocage::cli {
 
@@ -88,6 +91,29 @@ std::string footer(const std::string& command) {
   const auto example = examples.find(command);
   return example == examples.end() ? exit_codes
                                    : fmt::format("Example: {}\n\n{}", example->second, exit_codes);
+}
+
+std::string unknown_word(const CLI::App& app, std::span<const std::string> words) {
+  if (words.empty()) return "";
+  const std::string& word = words.front();
+  if (!word.starts_with('-')) {
+    std::vector<std::string> names;
+    for (const CLI::App* sub : commands_of(app)) {
+      if (sub->get_name() == word) return unknown_word(*sub, words.subspan(1));
+      names.push_back(sub->get_name());
+    }
+    if (!names.empty())
+      return fmt::format("there is no command '{}'{}", word, pipeline::did_you_mean(word, names));
+  }
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : options_of(app))
+    for (const auto& name : option->get_lnames()) flags.push_back("--" + name);
+  for (const std::string& each : words) {
+    const std::string flag = each.substr(0, each.find('='));
+    if (flag.starts_with("--") && std::ranges::find(flags, flag) == flags.end())
+      return fmt::format("there is no '{}'{}", flag, pipeline::did_you_mean(flag, flags));
+  }
+  return "";
 }
 
 std::string man_page(const CLI::App& app) {

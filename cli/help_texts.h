@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 
 namespace CLI {  // NOLINT(readability-identifier-naming): the library's name
@@ -9,6 +10,10 @@ namespace geocage::cli {
 
 /// What follows the options in a command's help: an example, and the exit codes.
 std::string footer(const std::string& command);
+
+/// "there is no command 'scor'; did you mean 'score'?": the first word that no command or flag has; empty
+/// where all are known.
+std::string unknown_word(const CLI::App& app, std::span<const std::string> words);
 
 /// The program's manual in roff (`man -l`), and the completion script of bash. Both are made from the
 /// declared commands, so they can't fall behind.

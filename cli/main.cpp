@@ -56,7 +56,11 @@ class Program {
     try {
       app_.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return app_.exit(error, std::cout, std::cerr) == 0 ? 0 : exit_configuration;
+      const std::vector<std::string> words(argv + 1, argv + argc);
+      const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(app_, words);
+      if (unknown.empty()) return app_.exit(error, std::cout, std::cerr) == 0 ? 0 : exit_configuration;
+      fmt::print(stderr, "error: {} (--help lists them)\n", unknown);
+      return exit_configuration;
     }
     return chosen_();
   }

@@ -10,7 +10,9 @@ namespace geocage::geometry {
 
 namespace {
 
-constexpr int most_parts = 15;                                 // four bits
+constexpr int most_parts = 15;  // four bits
+constexpr int first_parts = 5;  // at most, of a block that tells how many it needs
+constexpr int most_looks = 2;   // at blocks of a cell
 constexpr std::size_t most_fine_nodes = std::size_t(1) << 28;  // the others of 32
 
 /// A box of lattice nodes, x fastest.
@@ -156,23 +158,36 @@ struct Bend {
   double ridge_m = 0;  ///< where slopes of the distance to the surface fall; halves with the cell's side
   double round_m = 0;  ///< where they rise, as in front of an edge or a corner; quarters with it
 
-  /// Parts along the cell until this comes down to `error_m`.
-  int parts(double error_m, bool crossed) const {
+  /// By how much the cell's side must be shorter for this to come down to `error_m`.
+  double finer(double error_m, bool crossed) const {
     const double ridges = ridge_m / error_m, rounds = round_m / error_m;
     // At the surface itself a corner stays a corner however near one looks.
-    return static_cast<int>(std::ceil(
-        std::min<double>(std::max({1.0, ridges, crossed ? rounds : std::sqrt(rounds)}), most_parts)));
+    return std::max({1.0, ridges, crossed ? rounds : std::sqrt(rounds)});
   }
 };
+
+/// How far interpolation errs along an edge, from its ends' values and slopes (Bend).
+double off_edge_m(double value_a, double value_b, double slope_a, double slope_b, double side_m) {
+  const double chord = (value_b - value_a) / side_m;
+  const double at_a = std::abs(slope_a - chord), at_b = std::abs(chord - slope_b);
+  return at_a + at_b > 0 ? side_m * at_a * at_b / (at_a + at_b) : 0;
+}
+
+int parts_of(double finer) {
+  return static_cast<int>(std::ceil(std::clamp<double>(finer, 1, most_parts)));
+}
 
 /// Which cells are too coarse.
 class Judge {
  public:
   Judge(const SurfaceDistance& surface, const NearestOfEight& search, const FieldGrid& grid)
-      : surface_(surface), search_(search), grid_(grid) {}
+      : surface_(surface), search_(search), grid_(grid) {
+    const auto [least, most] = std::minmax(grid.error_m, grid.inside_error_m);
+    asked_m_ = least > 0 ? least : most;
+  }
 
-  /// Parts along a cell of a lattice, whose corner nearest to the origin is (x, y, z); 1 when it is fine as
-  /// it is.
+  /// Parts along a cell of a lattice, whose corner nearest to the origin is (x, y, z): 1 when it is fine as
+  /// it is; what corners tell is capped, since a block tells it better.
   int parts(const Lattice& lattice, const Measured& measured, int x, int y, int z, bool crossed) const {
     if (nothing_asked()) return 1;
     const auto corners = corners_of(lattice, measured.values, x, y, z);
@@ -180,28 +195,30 @@ class Judge {
     std::array<Vec3, 8> slopes;
     for (int c = 0; c < 8; ++c)
       slopes[c] = slope(lattice, measured, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
-    const int told = parts(corners, slopes, lattice.step_m, crossed);
+    const int told = std::min(parts_of(finer(corners, slopes, lattice.step_m, crossed)), first_parts);
     return told > 1 || crossed ? told
                                : looked(lattice, corners, x, y, z, measured.nearest[lattice.index(x, y, z)]);
   }
-  /// The most parts along a cell of a block.
-  int parts(const Lattice& block, const Measured& measured) const {
+  /// By how much the cells of a block must be finer; 1 when they are fine as they are.
+  double finer(const Lattice& block, const Measured& measured) const {
     if (nothing_asked()) return 1;
     std::vector<Vec3> slopes(measured.values.size());
     for (int z = 0; z < block.nodes[2]; ++z)
       for (int y = 0; y < block.nodes[1]; ++y)
         for (int x = 0; x < block.nodes[0]; ++x)
           slopes[block.index(x, y, z)] = slope(block, measured, x, y, z);
-    int most = 1;
+    const std::vector<Vec3> off_m = off_edges_m(block, measured.values, slopes);
+    double most = 1;
     for (int z = 0; z + 1 < block.nodes[2]; ++z)
       for (int y = 0; y + 1 < block.nodes[1]; ++y)
         for (int x = 0; x + 1 < block.nodes[0]; ++x) {
+          if (off_cell_m(block, off_m, block.index(x, y, z)) <= asked_m_) continue;
           const auto corners = corners_of(block, measured.values, x, y, z);
           if (!matters(corners, block.step_m)) continue;
           std::array<Vec3, 8> around;
           for (int c = 0; c < 8; ++c)
             around[c] = slopes[block.index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2))];
-          most = std::max(most, parts(corners, around, block.step_m, may_be_crossed(corners, block.step_m)));
+          most = std::max(most, finer(corners, around, block.step_m, may_be_crossed(corners, block.step_m)));
         }
     return most;
   }
@@ -215,14 +232,14 @@ class Judge {
     return (grid_.error_m > 0 && *most > 0 && *least <= near_m) ||
            (grid_.inside_error_m > 0 && *least < 0 && *most >= -near_m);
   }
-  int parts(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m,
-            bool crossed) const {
+  double finer(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m,
+               bool crossed) const {
     const auto [low, high] = std::minmax_element(corners.begin(), corners.end());
-    int most = 1;
+    double most = 1;
     if (grid_.error_m > 0 && *high > 0)
-      most = bend(corners, slopes, side_m, false).parts(grid_.error_m, crossed);
+      most = bend(corners, slopes, side_m, false).finer(grid_.error_m, crossed);
     if (grid_.inside_error_m > 0 && *low < 0)
-      most = std::max(most, bend(corners, slopes, side_m, true).parts(grid_.inside_error_m, crossed));
+      most = std::max(most, bend(corners, slopes, side_m, true).finer(grid_.inside_error_m, crossed));
     return most;
   }
 
@@ -250,7 +267,7 @@ class Judge {
     double off_m = 0;
     for (int k = 0; k < 8; ++k)
       off_m = std::max(off_m, std::abs(std::abs(between[k]) - points.distance_m[k]));
-    return static_cast<int>(std::ceil(std::clamp<double>(off_m / asked_m, 1, most_parts)));
+    return parts_of(off_m / asked_m);
   }
 
   /// Gradient of the signed distance at a node.
@@ -265,6 +282,35 @@ class Judge {
     return normal.allFinite() ? normal : Vec3::Zero();
   }
 
+  /// How far interpolation errs along the three edges that begin at each node of a block.
+  static std::vector<Vec3> off_edges_m(const Lattice& block, const std::vector<float>& values,
+                                       const std::vector<Vec3>& slopes) {
+    std::vector<Vec3> off_m(values.size(), Vec3::Zero());
+    const std::array<std::ptrdiff_t, 3> next = {1, block.index(0, 1, 0), block.index(0, 0, 1)};
+    for (int z = 0; z < block.nodes[2]; ++z)
+      for (int y = 0; y < block.nodes[1]; ++y)
+        for (int x = 0; x < block.nodes[0]; ++x) {
+          const std::array<int, 3> at = {x, y, z};
+          const std::ptrdiff_t i = block.index(x, y, z);
+          for (int axis = 0; axis < 3; ++axis)
+            if (const std::ptrdiff_t j = i + next[axis]; at[axis] + 1 < block.nodes[axis])
+              off_m[i][axis] =
+                  off_edge_m(values[i], values[j], slopes[i][axis], slopes[j][axis], block.step_m);
+        }
+    return off_m;
+  }
+  /// The same in the cell whose first node is i, whatever its edges' side and kind: no less than its bends.
+  static double off_cell_m(const Lattice& block, const std::vector<Vec3>& off_m, std::ptrdiff_t i) {
+    const std::array<std::ptrdiff_t, 3> next = {1, block.index(0, 1, 0), block.index(0, 0, 1)};
+    double sum_m = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::ptrdiff_t a = next[(axis + 1) % 3], b = next[(axis + 2) % 3];
+      sum_m += std::max(std::max(off_m[i][axis], off_m[i + a][axis]),
+                        std::max(off_m[i + b][axis], off_m[i + a + b][axis]));
+    }
+    return sum_m;
+  }
+
   /// Of the edges that are inside, or of the others.
   static Bend bend(const std::array<float, 8>& corners, const std::array<Vec3, 8>& slopes, double side_m,
                    bool inside) {
@@ -275,9 +321,7 @@ class Judge {
         if (c >> axis & 1) continue;
         const int d = c | 1 << axis;
         if ((corners[c] <= 0 && corners[d] <= 0) != inside) continue;
-        const double chord = (corners[d] - corners[c]) / side_m;
-        const double at_c = std::abs(slopes[c][axis] - chord), at_d = std::abs(chord - slopes[d][axis]);
-        const double off_m = at_c + at_d > 0 ? side_m * at_c * at_d / (at_c + at_d) : 0;
+        const double off_m = off_edge_m(corners[c], corners[d], slopes[c][axis], slopes[d][axis], side_m);
         const bool falls = slopes[c][axis] > slopes[d][axis];  // of the signed distance
         double& most = falls != inside ? ridge_m : round_m;
         most = std::max(most, off_m);
@@ -291,6 +335,7 @@ class Judge {
   const SurfaceDistance& surface_;
   const NearestOfEight& search_;
   const FieldGrid& grid_;
+  double asked_m_;  ///< the least error that is asked for on a side
 };
 
 /// A coarse cell that is parted.
@@ -299,20 +344,20 @@ struct Parted {
   int parts;
 };
 
-/// A block's values, of `parts` along the cell, or of more where the block shows that they are too few.
+/// A block's values, of `parts` along the cell, or of as many more as the block shows it needs, and the next.
 std::vector<float> measure_parted(const SurfaceDistance& surface, const NearestOfEight& search,
                                   const Judge& judge, const Lattice& coarse, const Measured& measured,
                                   Parted& cell) {
   const auto [x, y, z] = cell.at;
   const auto corners = corners_of(coarse, measured.values, x, y, z);
-  for (bool again = false;; again = true) {
+  for (int looks = 0;; ++looks) {
     const int n = cell.parts + 1;
     const Lattice block{coarse.at(x, y, z), coarse.step_m / cell.parts, {n, n, n}};
     Measured fine = measure_block(surface, search, block, corners, measured.nearest[coarse.index(x, y, z)]);
-    if (again || cell.parts == most_parts) return std::move(fine.values);
-    const int more = judge.parts(block, fine);
-    if (more == 1) return std::move(fine.values);
-    cell.parts = std::min(cell.parts * more, most_parts);
+    if (looks == most_looks || cell.parts == most_parts) return std::move(fine.values);
+    const double finer = judge.finer(block, fine);
+    if (finer == 1) return std::move(fine.values);
+    cell.parts = parts_of(cell.parts * finer);
   }
 }
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <new>
 
 #include <Eigen/Eigenvalues>
 
+#include "topology/ball_axes.h"
 #include "topology/ball_region.h"
 #include "topology/ball_walk.h"
 #include "topology/plain_balls.h"
@@ -32,7 +34,7 @@ class Aligned {
     }
     return data_.get();
   }
-  T* data() { return data_.get(); }
+  T* data() const { return data_.get(); }
 
  private:
   struct Free {
@@ -41,32 +43,6 @@ class Aligned {
   std::unique_ptr<T, Free> data_;
   std::size_t count_ = 0;
 };
-
-/// Principal axis of a scatter matrix from its characteristic polynomial (the trigonometric form: Smith
-/// 1961); the vector is the longest cross product of two rows of S - l1 I. False where no axis is dominant.
-bool principal_axis(const Eigen::Matrix3d& s, double guard, Vec3& axis) {
-  const double mean = s.trace() / 3;
-  const Eigen::Matrix3d b = s - mean * Eigen::Matrix3d::Identity();
-  const double p = std::sqrt(b.squaredNorm() / 6);
-  if (!(p > 0)) return false;
-  const double angle = std::acos(std::clamp(b.determinant() / (2 * p * p * p), -1.0, 1.0)) / 3;
-  const double first = mean + 2 * p * std::cos(angle);
-  const double second = 3 * mean - first - (mean + 2 * p * std::cos(angle + 2 * M_PI / 3));
-  const Eigen::Matrix3d m = s - first * Eigen::Matrix3d::Identity();
-  Vec3 best = m.row(0).cross(m.row(1)).transpose();
-  for (const Vec3& other : {Vec3(m.row(0).cross(m.row(2))), Vec3(m.row(1).cross(m.row(2)))})
-    if (other.squaredNorm() > best.squaredNorm()) best = other;
-  if (best.norm() > 1e-3 * first * first) {
-    if (!(first > 0 && first >= guard * second)) return false;
-    axis = best / best.norm();
-    return true;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
-      s);  // two roots nearly the same: the slow, safe way
-  const Vec3& values = solver.eigenvalues();
-  axis = solver.eigenvectors().col(2);
-  return values[2] > 0 && values[2] >= guard * values[1];
-}
 
 /// What all threads share.
 struct Job {
@@ -128,6 +104,10 @@ struct Job {
   }
 };
 
+/// The mask of one vertex: which balls of a patch hold it.
+using Words [[gnu::vector_size(16)]] = std::uint64_t;
+static_assert(sizeof(Words) == sizeof(std::uint64_t) * mask_words);
+
 /// One thread's desk: the balls of a patch.
 class PatchBalls {
  public:
@@ -151,6 +131,7 @@ class PatchBalls {
     correct_sums();
     for (std::size_t q = 0; q < job_.set.radii.size(); ++q) {
       tasks_.clear();
+      principal_axes(sums(q, 0), count_, job_.options.eigenvalue_ratio_guard, axes_);
       for (int l = 0; l < count_; ++l) {
         if (too_far_[l / 64] >> (l % 64) & 1)
           too_far.push_back(mesh_.original[sources_[l]]);
@@ -258,8 +239,8 @@ class PatchBalls {
 
   double* sums(std::size_t q, int lane) { return sums_.data() + (q * lanes + lane) * sum_slots; }
 
-  template <class Each>
-  static void for_lanes(const std::uint64_t* bits, const Each& each) {
+  template <class Bits, class Each>
+  static void for_lanes(const Bits& bits, const Each& each) {
     for (int w = 0; w < mask_words; ++w)
       for (std::uint64_t left = bits[w]; left != 0; left &= left - 1) each(64 * w + std::countr_zero(left));
   }
@@ -274,30 +255,57 @@ class PatchBalls {
       innermost = std::min(innermost, range.inside);
       outermost = std::max(outermost, range.end);
     }
-    const RegionView view = region_.view();
     for (int i = 0; i < outermost; ++i) {
       const int farthest = region_.farthest()[i];
       if (farthest < innermost) continue;
-      for (std::size_t q = 0; q < ranges_.size(); ++q)
-        if (farthest >= ranges_[q].inside && i < ranges_[q].end) correct_at(view, q, i);
+      bool known = false;
+      for (std::size_t q = 0; q < ranges_.size(); ++q) {
+        if (farthest < ranges_[q].inside || i >= ranges_[q].end) continue;
+        if (!known) look_round(i);
+        known = true;
+        correct_at(q, i);
+      }
     }
   }
 
-  void correct_at(const RegionView& view, std::size_t q, int i) {
-    const std::uint64_t* mask = masks(q);
-    const std::uint64_t* own = mask + static_cast<std::ptrdiff_t>(i) * mask_words;
-    if ((own[0] | own[1]) == 0) return;
-    std::uint64_t first = ~std::uint64_t{0}, second = first;
-    const auto meet = [&](int begin, int end) {
-      for (int n = begin; n < end; ++n) {
-        const std::uint64_t* other = mask + static_cast<std::ptrdiff_t>(view.near[n]) * mask_words;
-        first &= other[0];
-        second &= other[1];
-      }
-      return ((own[0] & ~first) | (own[1] & ~second)) != 0;
-    };
-    if (meet(view.start[i], view.middle[i])) take_missing(q, i);
-    if (meet(view.middle[i], view.start[i + 1]) || region_.farthest()[i] >= region_.size()) look_round(q, i);
+  /// The ring of a vertex, cyclic: where each neighbour is in the order, and whether that is before it.
+  void look_round(int i) {
+    const int v = region_.order()[i];
+    const int first = mesh_.link_start[v], links = mesh_.link_start[v + 1] - first;
+    ring_.resize(static_cast<std::size_t>(links) + 2);
+    for (int k = 0; k < links; ++k) {
+      const int at = region_.slot()[mesh_.links.neighbour[first + k]];
+      const std::uint64_t lower = at > 0 && at <= i ? ~std::uint64_t{0} : 0;
+      ring_[k + 1] = RingVertex{at, Words{lower, lower}};
+    }
+    ring_.front() = ring_[links];
+    ring_.back() = ring_[1];
+  }
+
+  Words mask_at(std::size_t q, int slot) const {
+    Words words;
+    std::memcpy(&words, masks_[q].data() + static_cast<std::ptrdiff_t>(slot) * mask_words, sizeof(words));
+    return words;
+  }
+  static bool any(Words words) { return (words[0] | words[1]) != 0; }
+
+  void correct_at(std::size_t q, int i) {
+    const Words own = mask_at(q, i + 1);
+    if (!any(own)) return;
+    Words used{}, loose{}, missing{};
+    Words before = mask_at(q, ring_[0].slot), here = mask_at(q, ring_[1].slot);
+    const auto last = static_cast<int>(ring_.size()) - 1;
+    for (int k = 1; k < last; ++k) {
+      const Words after = mask_at(q, ring_[k + 1].slot);
+      used |= here & after;
+      loose |= here & ~before & ~after;
+      missing |= ring_[k].lower & ~here;
+      before = here;
+      here = after;
+    }
+    if (any(own & missing)) take_missing(q, i, own);
+    if (any(own & ~used)) for_lanes(own & ~used, [&](int l) { sums(q, l)[slot_euler] -= 1; });
+    if (any(own & loose)) take_loose(q, own);
   }
 
   /// How many vertices from the first on are in all balls.
@@ -314,94 +322,80 @@ class PatchBalls {
     return i;
   }
 
-  void take_missing(std::size_t q, int i) {
-    const int v = region_.order()[i];
-    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
-    const std::uint64_t* own = masks(q) + static_cast<std::ptrdiff_t>(i) * mask_words;
-    const auto mask_of = [&](int slot) {
-      return masks_[q].data() + static_cast<std::ptrdiff_t>(slot) * mask_words;
+  /// Edges and triangles to neighbours before it that a ball does not hold. Along a chain of these, chi grows
+  /// by one for each lost edge and falls for each lost triangle, which leaves its first edge, if lost, and
+  /// what is lost before something that is not.
+  void take_missing(std::size_t q, int i, Words own) {
+    const int first = mesh_.link_start[region_.order()[i]];
+    const auto links = static_cast<int>(ring_.size()) - 2;
+    Words more{};
+    const auto count = [&](Words bits, int by) {
+      for_lanes(bits, [&](int l) { sums(q, l)[slot_euler] += by; });
     };
-    int before = region_.slot()[mesh_.links.neighbour[last - 1]];
-    double area = mesh_.links.area_m2[last - 1];
-    for (int k = first; k < last; ++k) {
-      const int at = region_.slot()[mesh_.links.neighbour[k]];
-      if (at > 0 && at <= i) {
-        const std::uint64_t* mask = mask_of(at);
-        const std::uint64_t edge[mask_words] = {own[0] & ~mask[0], own[1] & ~mask[1]};
-        for_lanes(edge, [&](int l) { sums(q, l)[slot_euler] += 1; });
-        if (before > 0 && before <= i && (k > first || last - first > 2)) {
-          const std::uint64_t* other = mask_of(before);
-          const std::uint64_t lost[mask_words] = {own[0] & ~(mask[0] & other[0]),
-                                                  own[1] & ~(mask[1] & other[1])};
-          for_lanes(lost, [&](int l) {
-            double* sum = sums(q, l);
-            sum[slot_triangles] -= 1;
-            sum[slot_euler] -= 1;
-            sum[slot_area] -= area;
-          });
-        }
+    for (int k = 1; k <= links; ++k) {
+      if (!any(ring_[k].lower)) continue;
+      const Words lost = own & ~mask_at(q, ring_[k].slot);
+      if (!any(ring_[k - 1].lower) || (k == 1 && links <= 2)) {
+        count(more & lost, 1);
+        more |= lost;
+        continue;
       }
-      before = at;
-      area = mesh_.links.area_m2[k];
+      const Words before = own & ~mask_at(q, ring_[k - 1].slot), fewer = before & ~lost;
+      count(fewer & ~more, -1);
+      more &= ~fewer;
+      const double area = mesh_.links.area_m2[first + (k == 1 ? links - 1 : k - 2)];
+      for_lanes(before | lost, [&](int l) {
+        double* sum = sums(q, l);
+        sum[slot_triangles] -= 1;
+        sum[slot_area] -= area;
+      });
     }
+    count(more, 1);
   }
 
   /// chi counts the triangles' own edges and corners. Each loose edge is met at both of its ends.
-  void look_round(std::size_t q, int i) {
-    struct Words {
-      std::uint64_t bits[mask_words];
-    };
-    const int v = region_.order()[i];
-    const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
-    const int* slot = region_.slot();
-    const auto in = [&](int k) {
-      const std::uint64_t* mask =
-          masks_[q].data() + static_cast<std::ptrdiff_t>(slot[mesh_.links.neighbour[k]]) * mask_words;
-      return Words{{mask[0], mask[1]}};
-    };
-    const std::uint64_t* own = masks(q) + static_cast<std::ptrdiff_t>(i) * mask_words;
-    Words before = in(last - 1), here = in(first), used{};
-    for (int k = first; k < last; ++k) {
-      const Words after = in(k + 1 < last ? k + 1 : first);
-      std::uint64_t loose[mask_words];
-      for (int w = 0; w < mask_words; ++w) {
-        used.bits[w] |= here.bits[w] & after.bits[w];
-        loose[w] = own[w] & here.bits[w] & ~before.bits[w] & ~after.bits[w];
-      }
-      if ((loose[0] | loose[1]) != 0) for_lanes(loose, [&](int l) { sums(q, l)[slot_euler] += 0.5; });
-      before = here;
-      here = after;
+  void take_loose(std::size_t q, Words own) {
+    for (std::size_t k = 1; k + 1 < ring_.size(); ++k) {
+      const Words before = mask_at(q, ring_[k - 1].slot), after = mask_at(q, ring_[k + 1].slot);
+      for_lanes(own & mask_at(q, ring_[k].slot) & ~before & ~after,
+                [&](int l) { sums(q, l)[slot_euler] += 0.5; });
     }
-    const std::uint64_t unused[mask_words] = {own[0] & ~used.bits[0], own[1] & ~used.bits[1]};
-    for_lanes(unused, [&](int l) { sums(q, l)[slot_euler] -= 1; });
   }
 
   void finish(std::size_t q, int l) {
     BallFields& out = job_.set.radii[q];
     const int rank = sources_[l], v = mesh_.original[rank];
     const double* sum = sums(q, l);
-    const double n = sum[slot_count];
-    const Vec3 mean = Vec3(sum[slot_x], sum[slot_y], sum[slot_z]) / n;
-    const bool alone = n == 1;
-    out.ball_vertices[v] = static_cast<int>(n);
+    const bool alone = sum[slot_count] == 1;
+    out.ball_vertices[v] = static_cast<int>(sum[slot_count]);
     out.ball_triangles[v] = static_cast<int>(sum[slot_triangles]);
     out.euler[v] = static_cast<int>(sum[slot_euler]);
     out.ball_area_m2[v] = out.ball_triangles[v] > 0 ? sum[slot_area] : 0;
     out.curvature_sum_rad[v] = alone ? mesh_.points[rank].defect_rad : sum[slot_defect];
+    const Vec3 mean(axes_.mean[0][l], axes_.mean[1][l], axes_.mean[2][l]);
     out.center[v] = alone ? mesh_.position(rank) : Vec3(mesh_.position(sources_[0]) + mean);
     out.axis[v] = Vec3::Zero();
     out.winding_angle_rad[v] = out.accumulated_angle_rad[v] = std::nan("");
-    Eigen::Matrix3d scatter;
-    scatter << sum[slot_xx], sum[slot_xy], sum[slot_xz],  //
-        sum[slot_xy], sum[slot_yy], sum[slot_yz],         //
-        sum[slot_xz], sum[slot_yz], sum[slot_zz];
-    scatter -= n * mean * mean.transpose();
-    Vec3 axis;
-    if (alone || !principal_axis(scatter, job_.options.eigenvalue_ratio_guard, axis)) return;
+    Vec3 axis(axes_.axis[0][l], axes_.axis[1][l], axes_.axis[2][l]);
+    if (alone || axes_.state[l] == LaneAxes::none) return;
+    if (axes_.state[l] == LaneAxes::unsure && !solve_axis(sum, mean, axis)) return;
     out.axis[v] = axis;
     if (!job_.options.winding) return;
     const LaneBall ball{region_.slot(), masks_[q].data() + l / 64, std::uint64_t{1} << (l % 64)};
     tasks_.push_back({ball, rank, out.center[v], axis, 0, 0});
+  }
+
+  /// The slow, safe way; false where no axis is dominant.
+  bool solve_axis(const double* sum, const Vec3& mean, Vec3& axis) const {
+    Eigen::Matrix3d scatter;
+    scatter << sum[slot_xx], sum[slot_xy], sum[slot_xz],  //
+        sum[slot_xy], sum[slot_yy], sum[slot_yz],         //
+        sum[slot_xz], sum[slot_yz], sum[slot_zz];
+    scatter -= sum[slot_count] * mean * mean.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+    const Vec3& values = solver.eigenvalues();
+    axis = solver.eigenvectors().col(2);
+    return values[2] > 0 && values[2] >= job_.options.eigenvalue_ratio_guard * values[1];
   }
 
   void measure_sections(BallFields& out) {
@@ -424,7 +418,14 @@ class PatchBalls {
   std::vector<std::uint8_t> dirty_;
   std::vector<Aligned<std::uint64_t>> masks_;
   Aligned<double> sums_;
+  LaneAxes axes_;
   std::vector<MaskRange> ranges_;
+  struct RingVertex {
+    int slot;
+    Words lower;  ///< all bits or none
+  };
+  std::vector<RingVertex>
+      ring_;  ///< of the vertex that is looked at, with its last one before and its first one after
   std::vector<int> end_;                ///< of each radius: no vertex from there on is in any ball
   std::vector<std::uint32_t> reaches_;  ///< of each radius, from the patch
   std::vector<CutTask> tasks_;

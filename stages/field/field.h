@@ -17,6 +17,6 @@ struct FieldParams {
 geometry::SignedDistanceField field(const FieldParams& params, pipeline::Run& run,
                                     const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage field_stage{"field", 3, &field};
+inline constexpr pipeline::Stage field_stage{"field", 4, &field};
 
 }  // namespace geocage::stages

@@ -104,6 +104,18 @@ TEST_F(Contract, ParamsPrintsTheTableOfEveryStage) {
   EXPECT_NE(unknown.err.find("did you mean 'remesh'"), std::string::npos);
 }
 
+TEST_F(Contract, AnUnknownCommandOrFlagIsNamedWithTheNearest) {
+  const auto told = [](std::initializer_list<std::string> words, const std::string& sentence) {
+    const Ended ended = geocage(words);
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_NE(ended.err.find(sentence), std::string::npos) << ended.err;
+  };
+  told({"scor", "mug.ply"}, "there is no command 'scor'; did you mean 'score'?");
+  told({"datasets", "gett", "mug"}, "there is no command 'gett'; did you mean 'get'?");
+  told({"status", "--datset=x"}, "there is no '--datset'; did you mean '--dataset'?");
+  told({"run", "--jobs", "0"}, "--jobs");  // a known flag's own mistake
+}
+
 TEST_F(Contract, HandsAreListed) {
   const json hands = json::parse(geocage({"hands", "--json"}).out)["hands"];
   const auto sdh =
