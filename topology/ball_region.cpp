@@ -33,7 +33,8 @@ void order_patch(const BallMesh& mesh, const std::vector<int>& patch_of, int* be
   std::pair<double, int> around[lanes];
   for (int* v = border; v < end; ++v) {
     const geometry::Vec3 out = mesh.position(*v) - middle;
-    around[v - border] = {std::atan2(out.dot(w), out.dot(u)), *v};
+    const double x = out.dot(u), y = out.dot(w), far = std::abs(x) + std::abs(y);
+    around[v - border] = {far > 0 ? std::copysign(1 - x / far, y) : 0, *v};  // grows with the angle
   }
   std::sort(around, around + (end - border));
   for (int* v = border; v < end; ++v) *v = around[v - border].second;
@@ -66,10 +67,12 @@ Patches make_patches(const BallMesh& mesh) {
         queue.push_back(w);
       }
     }
-    order_patch(mesh, patch_of, patches.sources.data() + patches.start.back(),
-                patches.sources.data() + patches.sources.size());
     patches.start.push_back(static_cast<int>(patches.sources.size()));
   }
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < patches.count(); ++i)
+    order_patch(mesh, patch_of, patches.sources.data() + patches.start[i],
+                patches.sources.data() + patches.start[i + 1]);
   return patches;
 }
 
@@ -80,7 +83,9 @@ void Region::clear() {
   ring_low_.clear();
 }
 
-void Region::grow_by_hops(const int* sources, int count, int hops) {
+/// Ring by ring from the sources, at most `hops` of them: all that `wanted` lets in.
+template <class Wanted>
+void Region::order_by_hops(const int* sources, int count, int hops, const Wanted& wanted) {
   clear();
   patch_ = count;
   order_.resize(static_cast<std::size_t>(mesh_.count) + 1);
@@ -101,7 +106,7 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
                          mesh_.link_start[order[head + ahead < reached ? head + ahead : head]]);
       for (int i = mesh_.link_start[order[head]]; i < mesh_.link_start[order[head] + 1]; ++i) {
         const int w = mesh_.links.neighbour[i];  // written always, kept if new: nothing to guess
-        const bool fresh = slot[w] == 0;
+        const bool fresh = slot[w] == 0 && wanted(w);
         order[reached] = w;
         reached += fresh;
         slot[w] = fresh ? reached : slot[w];
@@ -110,6 +115,10 @@ void Region::grow_by_hops(const int* sources, int count, int hops) {
   }
   slot[mesh_.count] = 0;
   order_.resize(static_cast<std::size_t>(reached));
+}
+
+void Region::grow_by_hops(const int* sources, int count, int hops) {
+  order_by_hops(sources, count, hops, [](int) { return true; });
   link_region(nullptr);
 }
 
@@ -119,50 +128,41 @@ void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) 
     const int w = mesh_.links.neighbour[i];
     const std::uint32_t next = d + weights.of_link[i];
     if (w == mesh_.count || next > limit || next >= distance_[w]) continue;
+    if (distance_[w] == ~std::uint32_t{0}) reached_.push_back(w);
     distance_[w] = next;
     buckets_[next / width_ % buckets].push_back({next, w});
     ++waiting_;
   }
 }
 
-/// Bucket by bucket (delta stepping: Meyer and Sanders 2003): a vertex that is reached again from its own
-/// bucket keeps its place in the order, and passes its new distance on.
+/// Bucket by bucket (delta stepping: Meyer and Sanders 2003). What was reached is then ordered like a region
+/// of hops, whose rings cut a ball into fewer runs than rings of lengths do.
 void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights) {
   constexpr std::uint32_t far = ~std::uint32_t{0};
-  clear();
-  patch_ = count;
-  distance_.resize(static_cast<std::size_t>(mesh_.count), far);
+  distance_.resize(static_cast<std::size_t>(mesh_.count) + 1, far);
+  reached_.assign(sources, sources + count);
   // No link leads round all buckets.
   width_ = std::max({weights.mean / 2, weights.longest / (buckets - 2), std::uint32_t{1}});
-  for (int i = 0; i < count; ++i) {
-    take(sources[i]);
-    distance_[sources[i]] = 0;
-  }
-  ring_start_.push_back(count);
-  ring_low_.push_back(0);
-  std::uint32_t next_low = 0;
+  for (int i = 0; i < count; ++i) distance_[sources[i]] = 0;
   for (int i = 0; i < count; ++i) reach_from(sources[i], limit, weights);
   for (std::uint32_t bucket = 0; waiting_ > 0; ++bucket) {
     auto& reached = buckets_[bucket % buckets];
     for (std::size_t k = 0; k < reached.size(); ++k) {
       const auto [d, v] = reached[k];
       --waiting_;
-      if (d != distance_[v]) continue;
-      if (slot_[v] == 0) take(v);
-      reach_from(v, limit, weights);
+      if (d == distance_[v]) reach_from(v, limit, weights);
     }
     reached.clear();
-    if (bucket % 2 == 1 && size() > ring_start_.back()) {
-      ring_start_.push_back(size());
-      ring_low_.push_back(next_low);
-      next_low = (bucket + 1) * width_;
-    }
   }
-  if (size() > ring_start_.back()) {
-    ring_start_.push_back(size());
-    ring_low_.push_back(next_low);
+  order_by_hops(sources, count, mesh_.count, [&](int w) { return distance_[w] != far; });
+  for (int ring = 0; ring < rings(); ++ring) {
+    ring_low_[ring] = far;
+    for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)
+      ring_low_[ring] = std::min(ring_low_[ring], distance_[order_[i]]);
   }
-  for (int v : order_) distance_[v] = far;
+  for (int ring = rings() - 2; ring >= 0; --ring)
+    ring_low_[ring] = std::min(ring_low_[ring], ring_low_[ring + 1]);
+  for (int v : reached_) distance_[v] = far;
   link_region(weights.of_link.data());
 }
 

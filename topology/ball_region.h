@@ -30,8 +30,8 @@ class Region {
 
   /// Within `hops` edges of a source. Returns the rings' number: 1 + the greatest distance from the patch.
   void grow_by_hops(const int* sources, int count, int hops);
-  /// Within `limit` along edges, `weights` being the lengths of the mesh's links, each at most 2^30; the
-  /// order is that of the distance to half a mean edge. Precondition: limit < 2^31.
+  /// Within `limit` along edges, `weights` being the lengths of the mesh's links, each at most 2^30; in
+  /// rings of hops all the same. Precondition: limit < 2^31.
   void grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights);
 
   int size() const { return static_cast<int>(order_.size()); }
@@ -55,15 +55,14 @@ class Region {
 
  private:
   void clear();
-  void take(int rank) {
-    order_.push_back(rank);
-    slot_[rank] = static_cast<int>(order_.size());
-  }
+  template <class Wanted>
+  void order_by_hops(const int* sources, int count, int hops, const Wanted& wanted);
   void reach_from(int v, std::uint32_t limit, const LinkWeights& weights);
   void link_region(const std::uint32_t* weights);
 
   const BallMesh& mesh_;
   std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_;
+  std::vector<int> reached_;             ///< while a search by length runs
   std::vector<std::uint32_t> ring_low_;  ///< no vertex of a ring is nearer to the patch
   std::vector<std::uint32_t> weight_;
   std::vector<OwnCells> own_;

@@ -83,25 +83,28 @@ HWY_INLINE bool offer(Lane* rows, int from, int to, std::uint32_t weight) {
   return true;
 }
 
-/// What is dirty has changed and not told its neighbours: upwards and downwards in turn, until nothing is.
+/// Within [begin, end): what is dirty has changed and not told its neighbours; upwards and downwards in turn,
+/// until nothing is.
 template <class Lane>
-void settle(const RegionView& region, Lane* rows, std::uint8_t* dirty) {
+void settle(const RegionView& region, int begin, int end, Lane* rows, std::uint8_t* dirty) {
   bool any = true;
   const auto tell = [&](int i) {
     if (!dirty[i]) return;
     dirty[i] = 0;
     for (int n = region.start[i]; n < region.start[i + 1]; ++n) {
-      if (!offer(rows, i, region.near[n], sizeof(Lane) == 1 ? 1 : region.weight[n])) continue;
-      dirty[region.near[n]] = 1;
+      const int to = region.near[n];
+      if (to < begin || to >= end) continue;
+      if (!offer(rows, i, to, sizeof(Lane) == 1 ? 1 : region.weight[n])) continue;
+      dirty[to] = 1;
       any = true;
     }
   };
   while (any) {
     any = false;
-    for (int i = 0; i < region.size; ++i) tell(i);
+    for (int i = begin; i < end; ++i) tell(i);
     if (!any) break;
     any = false;
-    for (int i = region.size - 1; i >= 0; --i) tell(i);
+    for (int i = end - 1; i >= begin; --i) tell(i);
   }
 }
 
@@ -120,8 +123,9 @@ void start_rows(const RegionView& region, int first, int count, Lane* rows, std:
   std::memset(dirty, 0, static_cast<std::size_t>(region.size));
 }
 
-/// Ring by ring outwards: from before, then from behind within the ring. Then once inwards over all, and the
-/// rest where something moved. Ends at the one fixed point of row(i) = min(row(i), edge + row of neighbours).
+/// Ring by ring outwards, each until nothing moves along it; what would move later rings again. Then once
+/// inwards over all, and the rest where something moved. Ends at the one fixed point of row(i) = min(row(i),
+/// edge + row of neighbours).
 template <class Lane>
 void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::uint8_t* dirty) {
   start_rows(region, first, count, rows, dirty);
@@ -129,11 +133,12 @@ void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::
     const int begin = region.ring_start[ring], end = region.ring_start[ring + 1];
     for (int i = begin; i < end; ++i) relax<Lane, true>(region, rows, i, region.start[i], region.middle[i]);
     for (int i = end - 1; i >= begin; --i)
-      dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.outer[i]));
+      dirty[i] = static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.outer[i]));
+    settle(region, begin, end, rows, dirty);
   }
   for (int i = region.size - 1; i >= 0; --i)
-    dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.start[i + 1]));
-  settle(region, rows, dirty);
+    dirty[i] = static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.start[i + 1]));
+  settle(region, 0, region.size, rows, dirty);
 }
 
 void HopRows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty) {

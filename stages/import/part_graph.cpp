@@ -13,54 +13,8 @@ namespace geocage::stages {
 
 using geometry::Vec3;
 
-const std::array<std::string_view, Evidence::count> Evidence::names = {
-    "empty",            // of the space between the two: sight.h
-    "hollow_a",         // of the space within one
-    "hollow_b",         //
-    "touching",         // pairs of near points, by the root of a's points
-    "gap_m",            // 0 where they touch
-    "touch_in_a",       // the touch's height within a: 0 its foot, 1 its top
-    "touch_in_b",       //
-    "touch_spread_m",   // quartiles of the touch's heights
-    "touch_height_m",   //
-    "bond",             // of the patches' borders: README.md
-    "crease_rad",       //
-    "border_m",         //
-    "a_in_b",           // share of a's points in b's convex hull
-    "b_in_a",           //
-    "foot_a_in_b",      // the same seen from above
-    "foot_b_in_a",      //
-    "tops_m",           // a's top above b's
-    "feet_m",           // a's foot above b's
-    "foot_a_m",         //
-    "foot_b_m",         //
-    "tall_a_m",         //
-    "tall_b_m",         //
-    "a_behind_b",       // share of a's points seen beside nearer ones of b
-    "b_behind_a",       //
-    "wide_a_m",         // root of the area
-    "wide_b_m",         //
-    "foot_seen_a",      // share of a's lowest points below which the table was seen
-    "foot_seen_b",      //
-    "carrier_b_rad",    // lean of b from the table where a touches it
-    "carrier_b_off_m",  // and its deviation from a plane
-    "carrier_a_rad",    //
-    "carrier_a_off_m",  //
-    "depth_m",          // middle of b farther from the sensor than a's
-    "apart_m",          // of the middles, along the table
-    "hollow_both",      // emptiness within the two as one
-    "flat_a_m",         // deviation from a plane
-    "flat_b_m",         //
-    "coplanar_m",       // of one's middle from the other's plane
-    "turned_both_m",    // turned.h
-    "axes_apart_m",     //
-    "turned_a_m",       //
-    "turned_b_m",       //
-};
-
 namespace {
 
-constexpr double most_gap_m = 0.03;
 constexpr double far_m = 0.2;  ///< axes of surfaces that don't turn lie anywhere
 
 std::vector<Vec3> all_round() {
@@ -110,6 +64,11 @@ std::vector<double> outline_of(const std::vector<Vec3>& points, const std::vecto
   return reach;
 }
 
+std::vector<double> farther(std::vector<double> one, const std::vector<double>& other) {
+  for (std::size_t k = 0; k < one.size(); ++k) one[k] = std::max(one[k], other[k]);
+  return one;
+}
+
 double share_inside(const std::vector<double>& outline, const std::vector<Vec3>& directions,
                     const std::vector<Vec3>& points) {
   const auto inside = std::count_if(points.begin(), points.end(), [&](const Vec3& p) {
@@ -139,7 +98,11 @@ PartGraph::PartGraph(const geometry::PointCloud& cloud, const Sight& sight, cons
   std::map<int, std::vector<int>> members;
   for (std::size_t i = 0; i < seen.size(); ++i)
     members[of_patch_[patches_.of_point[i]]].push_back(static_cast<int>(i));
-  for (const auto& [name, list] : members) parts_.emplace(name, part_of(list));
+  for (const auto& [name, list] : members) {
+    Part& part = parts_.emplace(name, part_of(list)).first->second;
+    part.hull = outline_of(part.points, round_);
+    part.foot = outline_of(part.points, level_);
+  }
   find_contacts();
 }
 
@@ -207,8 +170,7 @@ PartGraph::Part PartGraph::part_of(const std::vector<int>& members) const {
     bare += sight_.empty(part.seen[k] - (heights[k] - clear_m) * table_.normal, 0);
   }
   part.foot_seen = low > 0 ? static_cast<double>(bare) / low : 0;
-  part.hull = outline_of(part.points, round_);
-  part.foot = outline_of(part.points, level_);
+  part.front = sight_.front_of(part.seen);
   const Turned turned = turned_about(part.seen, table_);
   part.turned_m = turned.off_m;
   part.axis_m = turned.axis_m;
@@ -279,10 +241,16 @@ PartGraph::Seam PartGraph::seam_of(const Pair& pair) const {
 std::pair<double, double> PartGraph::carrier(const Part& under, const Points& touching,
                                              double height_m) const {
   constexpr double near_m = 0.015, below_m = 0.006;
+  // A point has a place in the list for each of its neighbours; most of them follow each other.
+  Points touched;
+  std::unique_copy(touching.begin(), touching.end(), std::back_inserter(touched));
+  Eigen::AlignedBox3d around;
+  for (const Vec3& q : touched) around.extend(q);
   Points top;
   for (const Vec3& p : under.points)
-    if (table_.height_m(p) >= height_m - below_m &&
-        std::any_of(touching.begin(), touching.end(),
+    if (!touched.empty() && around.squaredExteriorDistance(p) < near_m * near_m &&
+        table_.height_m(p) >= height_m - below_m &&
+        std::any_of(touched.begin(), touched.end(),
                     [&](const Vec3& q) { return (p - q).squaredNorm() < near_m * near_m; }))
       top.push_back(p);
   const Flat flat = flat_of(top);
@@ -308,7 +276,7 @@ Evidence PartGraph::evidence(const Pair& pair) const {
   const Touch touch = touch_of(contact);
   const Seam seam = seam_of(pair);
   const auto behind = [&](const Part& back, const Part& front) {
-    return sight_.hidden_behind(back.seen, front.seen, clear_m / 2) / static_cast<double>(back.seen.size());
+    return sight_.hidden_behind(back.seen, front.front, clear_m / 2) / static_cast<double>(back.seen.size());
   };
   const auto wide_m = [&](const Part& part) {
     return std::sqrt(static_cast<double>(part.points.size())) * patches_.spacing_m;
@@ -318,48 +286,88 @@ Evidence PartGraph::evidence(const Pair& pair) const {
   Points both = a.seen;
   both.insert(both.end(), b.seen.begin(), b.seen.end());
   const Vec3 way = b.middle - a.middle;
-  return {{sight_.emptiness_between(a.seen, b.seen, clear_m),
-           a.hollow,
-           b.hollow,
-           static_cast<double>(of_a.size()) / std::sqrt(static_cast<double>(a.points.size())),
-           contact.gap_m,
-           a.share_of(touch.middle_m),
-           b.share_of(touch.middle_m),
-           touch.spread_m,
-           touch.middle_m,
-           seam.bond,
-           seam.crease_rad,
-           seam.length_m,
-           share_inside(b.hull, round_, a.points),
-           share_inside(a.hull, round_, b.points),
-           share_inside(b.foot, level_, a.points),
-           share_inside(a.foot, level_, b.points),
-           a.high_m - b.high_m,
-           a.low_m - b.low_m,
-           a.low_m,
-           b.low_m,
-           a.high_m - a.low_m,
-           b.high_m - b.low_m,
-           behind(a, b),
-           behind(b, a),
-           wide_m(a),
-           wide_m(b),
-           a.foot_seen,
-           b.foot_seen,
-           carrier_b_rad,
-           carrier_b_off_m,
-           carrier_a_rad,
-           carrier_a_off_m,
-           b.middle.norm() - a.middle.norm(),
-           (way - way.dot(table_.normal) * table_.normal).norm(),
-           sight_.emptiness_between(both, both, clear_m),
-           a.flat_m,
-           b.flat_m,
-           std::max(std::abs(way.dot(a.normal)), std::abs(way.dot(b.normal))),
-           turned_about(both, table_).off_m,
-           std::min(far_m, (a.axis_m - b.axis_m).norm()),
-           a.turned_m,
-           b.turned_m}};
+  const auto lean_rad = [&](const Vec3& normal, const Vec3& from) {
+    return std::acos(std::clamp(std::abs(normal.dot(from)), 0.0, 1.0));
+  };
+  const auto hold = [&](int name) {
+    std::size_t all = 0;
+    for (const auto& [two, touching] : contacts_)
+      if (two.first == name || two.second == name) all += touching.of_first.size();
+    return static_cast<double>(of_a.size()) / std::max(1.0, static_cast<double>(all));
+  };
+  return {
+      // of the space between the two: sight.h
+      {"empty", sight_.emptiness_between(a.seen, b.seen, clear_m)},
+      // of the space within one
+      {"hollow_a", a.hollow},
+      {"hollow_b", b.hollow},
+      // pairs of near points, by the root of a's points
+      {"touching", static_cast<double>(of_a.size()) / std::sqrt(static_cast<double>(a.points.size()))},
+      // 0 where they touch
+      {"gap_m", contact.gap_m},
+      // the touch's height within a: 0 its foot, 1 its top
+      {"touch_in_a", a.share_of(touch.middle_m)},
+      {"touch_in_b", b.share_of(touch.middle_m)},
+      // quartiles of the touch's heights
+      {"touch_spread_m", touch.spread_m},
+      {"touch_height_m", touch.middle_m},
+      // of the patches' borders: README.md
+      {"bond", seam.bond},
+      {"crease_rad", seam.crease_rad},
+      {"border_m", seam.length_m},
+      // share of a's points in b's convex hull
+      {"a_in_b", share_inside(b.hull, round_, a.points)},
+      {"b_in_a", share_inside(a.hull, round_, b.points)},
+      // the same seen from above
+      {"foot_a_in_b", share_inside(b.foot, level_, a.points)},
+      {"foot_b_in_a", share_inside(a.foot, level_, b.points)},
+      // a's top above b's
+      {"tops_m", a.high_m - b.high_m},
+      // a's foot above b's
+      {"feet_m", a.low_m - b.low_m},
+      {"foot_a_m", a.low_m},
+      {"foot_b_m", b.low_m},
+      {"tall_a_m", a.high_m - a.low_m},
+      {"tall_b_m", b.high_m - b.low_m},
+      // share of a's points seen beside nearer ones of b
+      {"a_behind_b", behind(a, b)},
+      {"b_behind_a", behind(b, a)},
+      // root of the area
+      {"wide_a_m", wide_m(a)},
+      {"wide_b_m", wide_m(b)},
+      // share of a's lowest points below which the table was seen
+      {"foot_seen_a", a.foot_seen},
+      {"foot_seen_b", b.foot_seen},
+      // lean of b from the table where a touches it
+      {"carrier_b_rad", carrier_b_rad},
+      // and its deviation from a plane
+      {"carrier_b_off_m", carrier_b_off_m},
+      {"carrier_a_rad", carrier_a_rad},
+      {"carrier_a_off_m", carrier_a_off_m},
+      // middle of b farther from the sensor than a's
+      {"depth_m", b.middle.norm() - a.middle.norm()},
+      // of the middles, along the table
+      {"apart_m", (way - way.dot(table_.normal) * table_.normal).norm()},
+      // emptiness within the two as one
+      {"hollow_both", sight_.emptiness_between(both, both, clear_m)},
+      // deviation from a plane
+      {"flat_a_m", a.flat_m},
+      {"flat_b_m", b.flat_m},
+      // of one's middle from the other's plane
+      {"coplanar_m", std::max(std::abs(way.dot(a.normal)), std::abs(way.dot(b.normal)))},
+      // turned.h
+      {"turned_both_m", turned_about(both, table_).off_m},
+      {"axes_apart_m", std::min(far_m, (a.axis_m - b.axis_m).norm())},
+      {"turned_a_m", a.turned_m},
+      {"turned_b_m", b.turned_m},
+      // from the table, and from each other
+      {"lean_a_rad", lean_rad(a.normal, table_.normal)},
+      {"lean_b_rad", lean_rad(b.normal, table_.normal)},
+      {"lean_both_rad", lean_rad(a.normal, b.normal)},
+      // share of all that touches a that is b
+      {"hold_a", hold(turned ? pair.second : pair.first)},
+      {"hold_b", hold(turned ? pair.first : pair.second)},
+  };
 }
 
 void PartGraph::join(const Pair& pair) {
@@ -368,8 +376,11 @@ void PartGraph::join(const Pair& pair) {
   std::vector<int> members;
   for (std::size_t i = 0; i < cluster_.size(); ++i)
     if (of_patch_[patches_.of_point[i]] == kept) members.push_back(static_cast<int>(i));
+  Part both = part_of(members);
+  both.hull = farther(parts_.at(kept).hull, parts_.at(gone).hull);
+  both.foot = farther(parts_.at(kept).foot, parts_.at(gone).foot);
+  parts_.at(kept) = std::move(both);
   parts_.erase(gone);
-  parts_.at(kept) = part_of(members);
   contacts_.erase(pair);
   for (const auto& [other, part] : parts_) {
     if (other == kept) continue;

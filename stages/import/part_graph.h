@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -12,13 +11,13 @@
 
 namespace geocage::stages {
 
-/// What was seen of two parts that tells whether they are one thing, in the order of `names`; a is the one
-/// with fewer points. Metres, radians, shares; heights are above the table.
-struct Evidence {
-  static constexpr int count = 42;
-  static const std::array<std::string_view, count> names;
-  std::array<double, count> value{};
+/// Something seen of two parts that tells whether they are one thing.
+struct Clue {
+  std::string_view name;
+  double value;  ///< metres, radians or a share, as the name says; heights are above the table
 };
+/// The same clues in the same order for any two parts; a is the one with fewer points.
+using Evidence = std::vector<Clue>;
 
 /// A cluster in parts, which touch, hide each other, and join.
 class PartGraph {
@@ -30,7 +29,7 @@ class PartGraph {
   PartGraph(const geometry::PointCloud& cloud, const Sight& sight, const std::vector<int>& cluster,
             const geometry::Plane& table, const PartRule& rule);
 
-  /// Parts that lie within 3 cm of each other, ascending.
+  /// Parts that lie within most_gap_m of each other, ascending.
   std::vector<Pair> pairs() const;
   Evidence evidence(const Pair& pair) const;
   /// The second becomes one with the first.
@@ -52,7 +51,8 @@ class PartGraph {
     double hollow;         ///< emptiness between its own points
     double foot_seen;      ///< share of its lowest points below which the table was seen
     Outline hull, foot;    ///< all round, and along the table
-    double turned_m;       ///< see Turned
+    Sight::Front front;
+    double turned_m;  ///< see Turned
     Eigen::Vector2d axis_m;
     double share_of(double height_m) const;
   };

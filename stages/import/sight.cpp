@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace geocage::stages {
 
@@ -46,32 +45,55 @@ int Sight::column(double tangent, int axis) const {
   return at >= 0 && at < cells_[axis] ? static_cast<int>(at) : -1;
 }
 
-int Sight::cell_of(const Vec3& p) const {
+std::array<int, 2> Sight::cell_of(const Vec3& p) const {
   const Vec3 q = frame_.transpose() * p;
-  if (!(q.z() > 0)) return -1;
-  const int x = column(q.x() / q.z(), 0), y = column(q.y() / q.z(), 1);
-  return x < 0 || y < 0 ? -1 : y * cells_[0] + x;
+  if (!(q.z() > 0)) return {-1, -1};
+  return {column(q.x() / q.z(), 0), column(q.y() / q.z(), 1)};
 }
 
-int Sight::hidden_behind(const std::vector<Vec3>& things, const std::vector<Vec3>& front,
-                         double step_m) const {
-  constexpr int reach = 2;
-  std::map<int, double> nearest;
-  for (const Vec3& p : front)
-    if (const int cell = cell_of(p); cell >= 0) {
-      const auto known = nearest.emplace(cell, p.norm()).first;
-      known->second = std::min(known->second, p.norm());
+Sight::Front Sight::front_of(const std::vector<Vec3>& points) const {
+  constexpr int beside = 2;
+  int low[2] = {most_cells, most_cells}, high[2] = {-1, -1};
+  std::vector<std::array<int, 2>> cells;
+  cells.reserve(points.size());
+  for (const Vec3& p : points) {
+    cells.push_back(cell_of(p));
+    for (int axis = 0; axis < 2 && cells.back()[0] >= 0 && cells.back()[1] >= 0; ++axis) {
+      low[axis] = std::min(low[axis], cells.back()[axis]);
+      high[axis] = std::max(high[axis], cells.back()[axis]);
     }
+  }
+  if (high[0] < 0) return {};
+  Front front{low[0] - beside,
+              low[1] - beside,
+              high[0] - low[0] + 1 + 2 * beside,
+              high[1] - low[1] + 1 + 2 * beside,
+              {}};
+  front.nearest_m.assign(static_cast<std::size_t>(front.wide) * static_cast<std::size_t>(front.high), 0);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto [x, y] = cells[i];
+    if (x < 0 || y < 0) continue;
+    const auto depth = static_cast<float>(points[i].norm());
+    for (int v = y - beside; v <= y + beside; ++v)
+      for (int u = x - beside; u <= x + beside; ++u) {
+        float& nearest =
+            front.nearest_m[static_cast<std::size_t>(v - front.y) * static_cast<std::size_t>(front.wide) +
+                            static_cast<std::size_t>(u - front.x)];
+        if (nearest == 0 || depth < nearest) nearest = depth;
+      }
+  }
+  return front;
+}
+
+int Sight::hidden_behind(const std::vector<Vec3>& things, const Front& front, double step_m) const {
   int count = 0;
   for (const Vec3& p : things) {
-    const int cell = cell_of(p);
-    bool hidden = false;
-    for (int v = -reach; v <= reach && cell >= 0 && !hidden; ++v)
-      for (int u = -reach; u <= reach && !hidden; ++u) {
-        const auto known = nearest.find(cell + v * cells_[0] + u);
-        hidden = known != nearest.end() && known->second < p.norm() - step_m;
-      }
-    count += hidden;
+    const auto [x, y] = cell_of(p);
+    const int u = x - front.x, v = y - front.y;
+    if (x < 0 || y < 0 || u < 0 || v < 0 || u >= front.wide || v >= front.high) continue;
+    const float nearest = front.nearest_m[static_cast<std::size_t>(v) * static_cast<std::size_t>(front.wide) +
+                                          static_cast<std::size_t>(u)];
+    count += nearest > 0 && nearest < p.norm() - step_m;
   }
   return count;
 }

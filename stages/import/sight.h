@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <vector>
 
 #include "geometry/cloud.h"
@@ -21,14 +22,19 @@ class Sight {
   double emptiness_between(const std::vector<geometry::Vec3>& a, const std::vector<geometry::Vec3>& b,
                            double behind_m) const;
 
-  /// How many points of `things` are seen right beside one of `front` that is nearer by `step_m`.
-  int hidden_behind(const std::vector<geometry::Vec3>& things, const std::vector<geometry::Vec3>& front,
-                    double step_m) const;
+  /// The nearest that a thing was seen right beside each direction.
+  struct Front {
+    int x = 0, y = 0, wide = 0, high = 0;  ///< cells
+    std::vector<float> nearest_m;          ///< row by row; 0 where there is none
+  };
+  Front front_of(const std::vector<geometry::Vec3>& points) const;
+  /// How many points of `things` are seen right beside a nearer one, by `step_m`, of the front.
+  int hidden_behind(const std::vector<geometry::Vec3>& things, const Front& front, double step_m) const;
 
  private:
   int column(double tangent, int axis) const;
-  int cell_of(const geometry::Vec3& p) const;  ///< -1 outside
-  Eigen::Matrix3d frame_;                      ///< z along the mean direction
+  std::array<int, 2> cell_of(const geometry::Vec3& p) const;  ///< -1 outside
+  Eigen::Matrix3d frame_;                                     ///< z along the mean direction
   double low_[2];
   int cells_[2];
   std::vector<float> nearest_m_;  ///< of each cell; 0 where nothing was seen

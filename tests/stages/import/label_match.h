@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <map>
 
 #include "geometry/scene.h"
@@ -12,6 +13,7 @@ struct LabelMatch {
   int merged = 0;    ///< whose object has another label already
   int split = 0;     ///< that have more than a quarter of their points in each of two objects
   int objects = 0;
+  int points = 0, pure = 0;  ///< of all objects, and of those the points of their object's commonest label
   /// Each label is one object and there is none besides.
   bool one_each() const { return found == labelled && objects == labelled && merged == 0; }
 };
@@ -19,12 +21,19 @@ struct LabelMatch {
 inline LabelMatch match_labels(const geometry::Scene& scene, int least_points) {
   std::map<int, std::map<std::size_t, int>> shared;  // label, object: points
   std::map<int, int> total;
-  for (std::size_t k = 0; k < scene.objects.size(); ++k)
+  LabelMatch match;
+  for (std::size_t k = 0; k < scene.objects.size(); ++k) {
+    std::map<int, int> labels;
     for (int i : scene.objects[k].points) {
       ++shared[scene.cloud.label[i]][k];
       ++total[scene.cloud.label[i]];
+      ++labels[scene.cloud.label[i]];
     }
-  LabelMatch match;
+    int most = 0;
+    for (const auto& [label, count] : labels) most = std::max(most, count);
+    match.points += static_cast<int>(scene.objects[k].points.size());
+    match.pure += most;
+  }
   match.objects = static_cast<int>(scene.objects.size());
   std::map<std::size_t, int> main_labels;  // of each object
   for (const auto& [label, objects] : shared) {

@@ -2,9 +2,13 @@
 // train_joins.py:
 //   build/release/table_study --set training --keep FOLDER [--objects DIR]
 //   build/release/part_pairs FOLDER training PAIRS.csv
-// Pairs of the parts as they come, and again each time that half of what belongs together has been joined.
-// Says at last in how many scenes right joins alone make an object of each thing: the best that joins can do.
+// Pairs of the parts as they come, and again when one of the two has taken another up: where joins are right,
+// and where they are import's with odds that chance has changed (--runs, --noise), so that trees learn to go
+// on from mistakes. Says at last in how many scenes right joins alone make an object of each thing: the best
+// that joins can do.
 #include <fstream>
+#include <optional>
+#include <random>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -12,6 +16,7 @@
 
 #include "geometry/cloud_files.h"
 #include "stages/import/import.h"
+#include "stages/import/join_trees.h"
 #include "stages/import/part_graph.h"
 #include "stages/import/table.h"
 #include "tests/stages/import/label_match.h"
@@ -22,55 +27,87 @@ using stages::PartGraph;
 
 namespace {
 
-/// The label that most points of each part have; 0 only where none has another.
-std::map<int, int> things_of(const PartGraph& graph, const geometry::PointCloud& cloud) {
-  std::map<int, int> thing;
+/// The label that most points of a part have (0 only where none has another), and their share.
+struct Thing {
+  int label = 0;
+  double share = 0;
+};
+std::map<int, Thing> things_of(const PartGraph& graph, const geometry::PointCloud& cloud) {
+  std::map<int, Thing> thing;
   for (const auto& [name, points] : graph.parts()) {
     std::map<int, int> votes;
     for (int i : points)
       if (cloud.label[i] != 0) ++votes[cloud.label[i]];
-    const auto most = std::max_element(votes.begin(), votes.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    thing[name] = most == votes.end() ? 0 : most->first;
+    for (const auto& [label, count] : votes)
+      if (const double share = static_cast<double>(count) / static_cast<double>(points.size());
+          share > thing[name].share)
+        thing[name] = {label, share};
   }
   return thing;
 }
 
-/// Joins the first half of pairs, of which earlier joins rename some.
-void join_half(PartGraph& graph, const std::vector<PartGraph::Pair>& pairs) {
-  std::map<int, int> now;
-  const auto name_of = [&](int name) {
-    while (now.contains(name)) name = now[name];
-    return name;
-  };
-  for (std::size_t k = 0; k < (pairs.size() + 1) / 2; ++k) {
-    const PartGraph::Pair pair = std::minmax(name_of(pairs[k].first), name_of(pairs[k].second));
-    if (pair.first == pair.second) continue;
-    graph.join(pair);
-    now[pair.second] = pair.first;
+/// Rows of a scene: pairs as they are when first seen and when one of the two has changed.
+class Teller {
+ public:
+  Teller(std::ostream& out, std::string scene, const geometry::PointCloud& cloud)
+      : out_(out), scene_(std::move(scene)), cloud_(cloud) {}
+
+  /// Pairs with this part, or all. What is two things already teaches nothing.
+  void tell(const PartGraph& graph, int with = -1) {
+    constexpr double least_share = 0.75;
+    auto thing = things_of(graph, cloud_);
+    const auto size = graph.sizes();
+    for (const auto& [a, b] : graph.pairs()) {
+      if (with >= 0 && a != with && b != with) continue;
+      if (std::min(thing[a].share, thing[b].share) < least_share) continue;
+      const auto evidence = graph.evidence({a, b});
+      if (out_.tellp() == 0) {
+        fmt::print(out_, "scene,one,smaller,larger");
+        for (const auto& clue : evidence) fmt::print(out_, ",{}", clue.name);
+        fmt::print(out_, "\n");
+      }
+      const auto [smaller, larger] = std::minmax(size.at(a), size.at(b));
+      fmt::print(out_, "{},{},{},{}", scene_, static_cast<int>(thing[a].label == thing[b].label), smaller,
+                 larger);
+      for (const auto& clue : evidence) fmt::print(out_, ",{:.5g}", clue.value);
+      fmt::print(out_, "\n");
+    }
+  }
+
+ private:
+  std::ostream& out_;
+  const std::string scene_;
+  const geometry::PointCloud& cloud_;
+};
+
+/// Joins what belongs together, the largest first.
+void join_rightly(PartGraph& graph, const geometry::PointCloud& cloud, Teller* teller) {
+  for (;;) {
+    auto thing = things_of(graph, cloud);
+    const auto size = graph.sizes();
+    std::optional<PartGraph::Pair> next;
+    const auto points = [&](const PartGraph::Pair& pair) {
+      return size.at(pair.first) + size.at(pair.second);
+    };
+    for (const auto& pair : graph.pairs())
+      if (thing[pair.first].label == thing[pair.second].label && (!next || points(pair) > points(*next)))
+        next = pair;
+    if (!next) return;
+    graph.join(*next);
+    if (teller != nullptr) teller->tell(graph, next->first);
   }
 }
 
-void tell_pairs(std::ostream& out, const std::string& scene, PartGraph& graph,
-                const geometry::PointCloud& cloud) {
-  for (bool joined = true; joined;) {
-    const auto thing = things_of(graph, cloud);
-    const auto size = graph.sizes();
-    std::vector<PartGraph::Pair> same;
-    for (const auto& pair : graph.pairs()) {
-      const bool one = thing.at(pair.first) == thing.at(pair.second);
-      if (one) same.push_back(pair);
-      const auto [smaller, larger] = std::minmax(size.at(pair.first), size.at(pair.second));
-      fmt::print(out, "{},{},{},{}", scene, static_cast<int>(one), smaller, larger);
-      for (double value : graph.evidence(pair).value) fmt::print(out, ",{:.5g}", value);
-      fmt::print(out, "\n");
-    }
-    std::stable_sort(same.begin(), same.end(), [&](const auto& a, const auto& b) {
-      return size.at(a.first) + size.at(a.second) > size.at(b.first) + size.at(b.second);
-    });
-    join_half(graph, same);
-    joined = !same.empty();
-  }
+/// Joins as import does, with odds that chance has multiplied: states that its mistakes lead to.
+void join_as_import(PartGraph& graph, const stages::PartRule& rule, double noise, std::uint64_t seed,
+                    Teller& teller) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal(0, noise);
+  const auto probability = [&](const PartGraph& parts, const PartGraph::Pair& pair) {
+    const double p = stages::probability_of_one(parts.evidence(pair));
+    return 1 / (1 + (1 - p) / p * std::exp(normal(engine)));
+  };
+  stages::join_likely(graph, rule, {probability, [&](int name) { teller.tell(graph, name); }});
 }
 
 }  // namespace
@@ -82,14 +119,22 @@ int main(int argc, char** argv) {
   app.add_option("folder", folder)->required()->check(CLI::ExistingDirectory);
   app.add_option("set", set, "the scenes whose name begins so")->required();
   app.add_option("pairs", file, "the table to write")->required();
+  stages::ImportParams params;
+  app.add_option("--patch_m", params.patch_m, "import.patch_m");
+  app.add_option("--concavity_deg", params.concavity_deg, "import.concavity_deg");
+  app.add_option("--part_points", params.part_points, "import.part_points");
+  bool bound = false;
+  int runs = 1;
+  double noise = 1;
+  app.add_flag("--bound", bound, "write no pairs");
+  app.add_option("--runs", runs, "how often to join as import does");
+  app.add_option("--noise", noise, "deviation of the logarithm of the odds there");
   CLI11_PARSE(app, argc, argv);
   std::ofstream out(file);
-  fmt::print(out, "scene,one,smaller,larger,{}\n", fmt::join(stages::Evidence::names, ","));
   std::vector<fs::path> scenes;
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().filename().string().starts_with(set)) scenes.push_back(entry.path());
   std::sort(scenes.begin(), scenes.end());
-  const stages::ImportParams params;
   int possible = 0;
   for (const auto& path : scenes) {
     geometry::Scene scene;
@@ -98,14 +143,25 @@ int main(int argc, char** argv) {
     const auto sight = stages::sight_of(scene.cloud);
     const auto standing = stages::standing_on(scene.cloud, table, params.above_min_m, params.above_max_m);
     for (const auto& cluster :
-         stages::clusters_of(scene.cloud, standing, params.cluster_gap_m, params.cluster_points)) {
-      PartGraph graph(scene.cloud, sight, cluster, table.plane,
-                      {params.patch_m, params.concavity_deg, params.part_points, params.one_thing});
-      tell_pairs(out, path.stem().string(), graph, scene.cloud);
+         stages::clusters_of(scene.cloud, standing, stages::most_gap_m, params.cluster_points)) {
+      const stages::PartRule rule{params.patch_m, params.concavity_deg, params.part_points, params.one_thing};
+      const PartGraph start(scene.cloud, sight, cluster, table.plane, rule);
+      Teller teller(out, path.stem().string(), scene.cloud);
+      if (!bound) teller.tell(start);
+      for (int k = 0; k < (bound ? 0 : runs); ++k) {
+        PartGraph graph = start;
+        join_as_import(graph, rule, noise, static_cast<std::uint64_t>(k), teller);
+      }
+      PartGraph graph = start;
+      join_rightly(graph, scene.cloud, bound ? nullptr : &teller);
       for (const auto& [name, points] : graph.parts())
         if (static_cast<int>(points.size()) >= params.cluster_points) scene.objects.push_back({"", points});
     }
-    possible += tests::match_labels(scene, params.cluster_points).one_each();
+    const auto match = tests::match_labels(scene, params.cluster_points);
+    possible += match.one_each();
+    if (bound && !match.one_each())
+      fmt::print("{}: {} things gave {} objects: {} found, {} merged, {} split\n", path.stem().string(),
+                 match.labelled, match.objects, match.found, match.merged, match.split);
   }
   fmt::print("{} of {} scenes could be right\n", possible, scenes.size());
 }

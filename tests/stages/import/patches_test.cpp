@@ -97,11 +97,11 @@ TEST(Sight, CountsWhatIsSeenBesideSomethingNearer) {
   all.insert(all.end(), bar.begin(), bar.end());
   const Sight sight(all);
   // Wall points within two cells (5 mrad, 4 mm) of the bar, which covers 3 mm / 0.75 x 0.8: 11 mm of 60.
-  const double share =
-      static_cast<double>(sight.hidden_behind(wall, bar, 0.004)) / static_cast<double>(wall.size());
+  const double share = static_cast<double>(sight.hidden_behind(wall, sight.front_of(bar), 0.004)) /
+                       static_cast<double>(wall.size());
   EXPECT_GT(share, 0.05);
   EXPECT_LT(share, 0.3);
-  EXPECT_EQ(sight.hidden_behind(bar, wall, 0.004), 0);
+  EXPECT_EQ(sight.hidden_behind(bar, sight.front_of(wall), 0.004), 0);
 }
 
 }  // namespace

@@ -138,16 +138,48 @@ double gap_m(const TriangleMesh& a, const geometry::SurfaceDistance& to_a, const
   return gap;
 }
 
+/// Least distance of points from a surface that they come nearer to, step by step: those that can't be nearer
+/// than another yet are not asked.
+class Approaching {
+ public:
+  Approaching(const std::vector<Vec3>& points, const TriangleMesh& to)
+      : points_(points), to_(to), at_least_m_(points.size(), 0) {}
+
+  /// After all points were moved by `by` from where they began, and by `step_m` from where they were.
+  double gap_m(const Vec3& by, double step_m) {
+    for (double& m : at_least_m_) m -= step_m;
+    double gap = measure(nearest_, by);
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (at_least_m_[i] < gap && measure(i, by) < gap) {
+        nearest_ = i;
+        gap = at_least_m_[i];
+      }
+    return gap;
+  }
+
+ private:
+  double measure(std::size_t i, const Vec3& by) {
+    return at_least_m_[i] = to_.distance_m(points_[i] + by, hint_);
+  }
+
+  const std::vector<Vec3>& points_;
+  const geometry::SurfaceDistance to_;
+  std::vector<double> at_least_m_;
+  std::size_t nearest_ = 0;
+  int hint_ = 0;
+};
+
 /// The mesh moved along -way from afar until it all but touches the others.
 TriangleMesh pushed(const TriangleMesh& mesh, const std::vector<TriangleMesh>& others, double way_rad) {
   const Vec3 way(std::cos(way_rad), std::sin(way_rad), 0);
   const TriangleMesh group = together(others);
-  const geometry::SurfaceDistance to_group(group);
-  double at = 0.5;
+  Approaching to_group(mesh.vertices, group), to_mesh(group.vertices, mesh);
+  double at = 0.5, step_m = 0;
   for (int step = 0; step < 60; ++step) {
-    const double gap = gap_m(group, to_group, placed(mesh, at * way));
+    const double gap = std::min(to_group.gap_m(at * way, step_m), to_mesh.gap_m(-at * way, step_m));
     if (gap < 0.001 || at < 0) break;
-    at -= 0.9 * gap;  // no point moves farther than the gap: they never pass through each other
+    step_m = 0.9 * gap;  // no point moves farther than the gap: they never pass through each other
+    at -= step_m;
   }
   return placed(mesh, at * way);
 }
@@ -403,22 +435,124 @@ std::vector<TableScene> wide(const std::filesystem::path& objects, int first_see
   return list;
 }
 
+TriangleMesh stretched(TriangleMesh mesh, const Vec3& by) {
+  for (Vec3& p : mesh.vertices) p = p.cwiseProduct(by);
+  return mesh;
+}
+
+/// Things of several pieces, bent outlines and flat ones, and all of wide_thing, stretched.
+Stackable varied_thing(Chance& chance, const std::filesystem::path& objects) {
+  switch (chance.below(9)) {
+    case 0: {  // spray: body, neck, head
+      const double r = chance.in(0.025, 0.04), h = chance.in(0.12, 0.2);
+      const double reach = chance.in(0.05, 0.09);
+      return {together({cylinder(r, h), placed(cylinder(0.4 * r, 0.03), {0, 0, h}),
+                        placed(box({reach, 0.6 * r, 0.03}), {0.2 * reach, 0, h + 0.025})}),
+              0};
+    }
+    case 1: {  // pot with a stick or a lid's knob
+      const double r = chance.in(0.04, 0.08), h = chance.in(0.04, 0.11);
+      const auto body = chance.below(2) == 0 ? standing(datasets::cup(r, h, 0.004, 60)) : cylinder(r, h);
+      const auto stick = box({chance.in(0.06, 0.14), 0.02, 0.015});
+      const double out = r + check_mesh(stick).box_max.x() - 0.003;
+      return {together({body, placed(stick, {out, 0, 0.8 * h})}), 0};
+    }
+    case 2: {  // plate, deep or flat
+      return {bowl(chance.in(0.07, 0.12), chance.in(0.018, 0.035)), 0};
+    }
+    case 3: {  // beaker, wider at its top
+      const double r = chance.in(0.03, 0.045), h = chance.in(0.08, 0.15), w = 0.003;
+      return {turned({{0, 0}, {0.7 * r, 0}, {r, h}, {r - w, h}, {0.7 * r - w, w}, {0, w}}), 0};
+    }
+    case 4: {  // two blocks in one, as a drill or an iron has
+      const Vec3 low(chance.in(0.08, 0.14), chance.in(0.05, 0.08), chance.in(0.03, 0.06));
+      const Vec3 high(chance.in(0.03, 0.06), chance.in(0.03, 0.05), chance.in(0.06, 0.12));
+      const double x = chance.in(-0.5, 0.5) * (low.x() - high.x());
+      return {together({box(low), placed(box(high), {x, 0, low.z() - 0.002})}), 0};
+    }
+    case 5: {  // a jug or a lying mug
+      auto mesh = mug(chance.in(0.04, 0.06), chance.in(0.12, 0.2));
+      if (chance.below(2) == 0) mesh = lying(placed(mesh, Vec3::Zero(), chance.in(0, 2 * M_PI)));
+      return {mesh, 0};
+    }
+    default: {
+      auto thing = wide_thing(chance, objects);
+      const Vec3 by(chance.in(0.8, 1.25), chance.in(0.8, 1.25), chance.in(0.8, 1.25));
+      return {stretched(thing.mesh, by), thing.flat_m * std::min(by.x(), by.y())};
+    }
+  }
+}
+
+/// One to six things: against each other, a little apart, or on the flat top of any; each scene from one
+/// place of chance.
+std::vector<TableScene> varied(const std::filesystem::path& objects, int first_seed, int scenes) {
+  std::vector<TableScene> list;
+  for (int k = 0; k < scenes; ++k) {
+    Chance chance(static_cast<std::uint64_t>(first_seed + k));
+    TableScene scene{"varied " + std::to_string(k), {}, {}};
+    std::vector<double> flat;
+    const int count = 1 + chance.below(6);
+    for (int i = 0; i < count; ++i) {
+      auto [mesh, flat_m] = varied_thing(chance, objects);
+      mesh = placed(mesh, Vec3::Zero(), chance.in(0, 2 * M_PI));
+      const double way = chance.in(0, 2 * M_PI);
+      std::vector<std::size_t> below;
+      for (std::size_t j = 0; j < flat.size(); ++j)
+        if (flat[j] > 0.025) below.push_back(j);
+      if (scene.things.empty()) {
+        scene.things.push_back(mesh);
+        flat.push_back(flat_m);
+        continue;
+      }
+      bool on_top = !below.empty() && chance.below(3) == 0;
+      if (on_top) {
+        const auto under = below[static_cast<std::size_t>(chance.below(static_cast<int>(below.size())))];
+        const auto report = check_mesh(scene.things[under]);
+        Vec3 at = (report.box_min + report.box_max) / 2;
+        at.z() = report.box_max.z();
+        const double aside = chance.in(0, 0.5) * flat[under];
+        const auto upper = placed(mesh, at + aside * Vec3(std::cos(way), std::sin(way), 0));
+        auto others = scene.things;
+        others.erase(others.begin() + static_cast<std::ptrdiff_t>(under));
+        // Vertices are less than 12 mm apart: what passes through another comes that near to it.
+        on_top = others.empty() ||
+                 gap_m(together(others), geometry::SurfaceDistance(together(others)), upper) > 0.006;
+        if (on_top) {
+          scene.things.push_back(upper);
+          flat[under] = 0;
+        }
+      }
+      if (!on_top) {
+        const double apart = chance.below(3) == 0 ? chance.in(0, 0.02) : 0;
+        scene.things.push_back(
+            placed(pushed(mesh, scene.things, way), apart * Vec3(std::cos(way), std::sin(way), 0)));
+      }
+      flat.push_back(flat_m);
+    }
+    scene = in_the_middle(std::move(scene));
+    scene.views = {{chance.in(28, 62), chance.in(0.7, 1.0), static_cast<std::uint64_t>(first_seed + k)}};
+    list.push_back(std::move(scene));
+  }
+  return list;
+}
+
 }  // namespace
 
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects) {
   if (set == "tuning") return tuning(objects);
   if (set == "held_out") return held_out(objects);
   if (set == "training") return wide(objects, 20000, 240);
+  if (set == "training_varied") return varied(objects, 80000, 300);
+  if (set == "varied") return varied(objects, 200000, 80);
   if (set == "wide") return wide(objects, 50000, 40);
   return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }
 
-void write_seen(const TableScene& scene, double elevation_deg, std::uint64_t seed,
-                const std::filesystem::path& file) {
+void write_seen(const TableScene& scene, const View& view, const std::filesystem::path& file) {
   auto all = scene.things;
   all.push_back(placed(standing(datasets::box({0.8, 0.7, 0.02})), {0, 0, -0.02}));
-  const double up = elevation_deg * M_PI / 180;
-  const Vec3 sensor = 0.85 * Vec3(-std::cos(up), 0, std::sin(up));
+  const double up = view.elevation_deg * M_PI / 180;
+  const Vec3 sensor = view.distance_m * Vec3(-std::cos(up), 0, std::sin(up));
   stages::ScanParams params;
   params.placement = "list";
   params.positions_m = {sensor.x(), sensor.y(), sensor.z()};
@@ -426,7 +560,7 @@ void write_seen(const TableScene& scene, double elevation_deg, std::uint64_t see
   params.height = 480;
   params.intrinsics = "field_of_view";
   params.noise = {"kinect"};
-  params.seed = seed;
+  params.seed = view.seed;
   pipeline::Run run;
   const auto cloud = stages::scan(params, run, together(all));
   std::vector<std::unique_ptr<geometry::SurfaceDistance>> surfaces;

@@ -7,22 +7,29 @@
 
 namespace geocage::tests {
 
-/// Things on a table, each a closed mesh in place: the table's top is z = 0, the sensor looks along +x.
+/// Where a sensor looks from at the middle of the table, and its noise.
+struct View {
+  double elevation_deg, distance_m = 0.85;
+  std::uint64_t seed = 1;
+};
+
+/// Things on a table, each a closed mesh in place: the table's top is z = 0, sensors look along +x.
 struct TableScene {
   std::string name;
   std::vector<geometry::TriangleMesh> things;
+  std::vector<View> views = {{35}, {50}};
 };
 
 /// A set of scenes by name. "tuning" and "fresh": the numbers of import.cluster_by = shape were chosen on
 /// them. "held_out": other shapes, sizes and arrangements, by hand. "fresh", "unseen": one to four things of
 /// chance, pushed together or put on each other, by other seeds; nothing was chosen or mended by "unseen".
-/// Meshes of `objects`, where it isn't empty, stand among them. Precondition: one of these names.
+/// "wide": one to five, of more kinds. "varied": one to six, of still more kinds, seen from one place of
+/// chance (28 to 62 degrees, 0.7 to 1 m) each. "training", "training_varied": other scenes of these two
+/// kinds. Meshes of `objects`, where it isn't empty, stand among them. Precondition: one of these names.
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects);
 
-/// The scene before the virtual Kinect, 0.85 m from the middle of the table and `elevation_deg` above it, as
-/// a PCD with the sensor's place and, as labels, the thing that each point lies nearest to (from 1; 0:
-/// table).
-void write_seen(const TableScene& scene, double elevation_deg, std::uint64_t seed,
-                const std::filesystem::path& file);
+/// The scene before the virtual Kinect as a PCD with the sensor's place and, as labels, the thing that each
+/// point lies nearest to (from 1; 0: table).
+void write_seen(const TableScene& scene, const View& view, const std::filesystem::path& file);
 
 }  // namespace geocage::tests

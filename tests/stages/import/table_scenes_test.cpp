@@ -21,7 +21,7 @@ TEST(TableScenes, GiveAnObjectAThing) {
                                       "a ball at a can"};
   for (const auto& scene : tests::table_scenes("tuning", {})) {
     if (!held.contains(scene.name)) continue;
-    tests::write_seen(scene, 35, 1, folder / "scene.pcd");
+    tests::write_seen(scene, {35}, folder / "scene.pcd");
     pipeline::Run run;
     const auto found = find_scene({.scene = "table", .cluster_by = "shape"}, run, {folder / "scene.pcd"});
     const auto match = tests::match_labels(found, 300);

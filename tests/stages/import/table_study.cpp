@@ -1,7 +1,7 @@
 // How often the things of a table scene become one object each:
-//   build/release/table_study --set tuning|held_out|fresh|unseen [--objects DIR] [--rule gap]
+//   build/release/table_study --set tuning|held_out|fresh|unseen|wide|varied [--objects DIR] [--rule gap]
 //   [--rule shape] [--one_thing 0.25]
-//   [--keep FOLDER] [--scene NAME]
+//   [--keep FOLDER [--write]] [--scene NAME]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
 
@@ -20,27 +20,32 @@ using namespace geocage;
 int main(int argc, char** argv) {
   CLI::App app("Things of table scenes before the virtual Kinect, and the objects that import makes of them");
   std::string set = "tuning", only;
+  bool write_only = false;
   fs::path objects, keep;
   std::vector<std::string> rules = {"gap", "shape"};
   app.add_option("--set", set, "which scenes")
-      ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "wide"}));
+      ->check(CLI::IsMember(
+          {"tuning", "held_out", "fresh", "unseen", "training", "training_varied", "wide", "varied"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules, "values of import.cluster_by");
   stages::ImportParams params{.scene = "table"};
   app.add_option("--one_thing", params.one_thing, "import.one_thing");
   app.add_option("--keep", keep, "folder for the scenes")->check(CLI::ExistingDirectory);
+  app.add_flag("--write", write_only, "only write the scenes");
   app.add_option("--scene", only, "only this one");
   CLI11_PARSE(app, argc, argv);
   const tests::ScratchFolder scratch;
   std::map<std::string, int> right;
+  std::map<std::string, tests::LabelMatch> totals;
   int doubtful[2] = {0, 0};  // wrong and right ones that say so
   int all = 0;
   for (const auto& scene : tests::table_scenes(set, objects)) {
     if (!only.empty() && scene.name != only) continue;
-    for (const int elevation : {35, 50}) {
-      const fs::path file =
-          (keep.empty() ? scratch.path() : keep) / fmt::format("{}-{}-{}.pcd", set, scene.name, elevation);
-      if (!fs::exists(file)) tests::write_seen(scene, elevation, 1, file);
+    for (const auto& view : scene.views) {
+      const fs::path file = (keep.empty() ? scratch.path() : keep) /
+                            fmt::format("{}-{}-{:.0f}.pcd", set, scene.name, view.elevation_deg);
+      if (!fs::exists(file)) tests::write_seen(scene, view, file);
+      if (write_only) continue;
       ++all;
       for (const auto& rule : rules) {
         std::string how;
@@ -51,6 +56,14 @@ int main(int argc, char** argv) {
           const auto match = tests::match_labels(stages::find_scene(params, run, {file}), 300);
           if (const auto told = run.metrics().find("doubtful"); told != run.metrics().end())
             doubtful[match.one_each()] += told->second > 0;
+          auto& total = totals[rule];
+          total.labelled += match.labelled;
+          total.found += match.found;
+          total.merged += match.merged;
+          total.split += match.split;
+          total.objects += match.objects;
+          total.points += match.points;
+          total.pure += match.pure;
           if (match.one_each()) {
             ++right[rule];
             continue;
@@ -61,10 +74,18 @@ int main(int argc, char** argv) {
           how = error.what();
         }
         const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-        fmt::print("{}, {} degrees, {}: {} ({:.1f} s)\n", rule, elevation, scene.name, how, took.count());
+        fmt::print("{}, {:.0f} degrees, {}: {} ({:.1f} s)\n", rule, view.elevation_deg, scene.name, how,
+                   took.count());
       }
     }
   }
-  for (const auto& rule : rules) fmt::print("{}: {} of {}\n", rule, right[rule], all);
+  for (const auto& rule : rules) {
+    const auto& total = totals[rule];
+    fmt::print(
+        "{}: {} of {} scenes right; {} things, {} objects; things found {}, in another's object {}, cut {}; "
+        "{:.2f} % of points in an object of another thing\n",
+        rule, right[rule], all, total.labelled, total.objects, total.found, total.merged, total.split,
+        100.0 * (total.points - total.pure) / std::max(1, total.points));
+  }
   fmt::print("in doubt: {} wrong ones, {} right ones\n", doubtful[0], doubtful[1]);
 }

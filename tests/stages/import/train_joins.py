@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Learns from pairs of parts which are one thing (python3-sklearn):
-  train_joins.py TRAINING.csv [TEST.csv] > stages/import/join_trees.inc
-Boosted regression trees of depth 3, written as complete trees: split n sends what is at most its threshold to
-2 n + 1, the rest to 2 n + 2."""
+  train_joins.py TRAINING.csv... > stages/import/join_trees.inc
+  train_joins.py --choose TRAINING.csv...    depth and number of trees, by folds over scenes
+Boosted regression trees, written as complete trees: split n sends what is at most its threshold to 2 n + 1,
+the rest to 2 n + 2."""
 import csv
 import sys
 
@@ -14,24 +15,26 @@ from sklearn.model_selection import GroupKFold
 TREES, DEPTH, RATE = 200, 3, 0.1
 
 
-def read(path):
-    with open(path) as file:
-        rows = list(csv.reader(file))
-    names = rows[0][4:]
-    data = np.array([[float(v) for v in row[1:]] for row in rows[1:]])
-    scenes = np.array([row[0].rsplit("-", 1)[0] for row in rows[1:]])
+def read(paths):
+    names, rows = None, []
+    for path in paths:
+        with open(path) as file:
+            table = csv.reader(file)
+            names = next(table)[4:]
+            rows += list(table)
+    data = np.array([[float(v) for v in row[1:]] for row in rows])
+    scenes = np.array([row[0].rsplit("-", 1)[0] for row in rows])
     x, one = data[:, 3:].astype(np.float32), data[:, 0].astype(int)  # as the trees read them
     # A wrong join of large parts costs a thing, of crumbs nothing; each scene counts alike.
     weight = np.clip(data[:, 1] / 600, 0.05, 1)
-    for scene in set(scenes):
-        here = scenes == scene
-        weight[here] /= weight[here].sum() ** 0.5
-    return names, x, one, weight, scenes
+    _, scene, = np.unique(scenes, return_inverse=True)
+    weight /= np.bincount(scene, weight)[scene] ** 0.5
+    return names, x, one, weight / weight.mean(), scenes
 
 
-def model():
-    return GradientBoostingClassifier(n_estimators=TREES, max_depth=DEPTH, learning_rate=RATE, subsample=0.7,
-                                      min_samples_leaf=20, max_features=0.5, random_state=1)
+def model(trees=TREES, depth=DEPTH):
+    return GradientBoostingClassifier(n_estimators=trees, max_depth=depth, learning_rate=RATE, subsample=0.4,
+                                      min_samples_leaf=20, max_features=0.3, random_state=1)
 
 
 def complete(tree):
@@ -53,33 +56,46 @@ def complete(tree):
     return feature, threshold, leaf
 
 
+def choose(x, one, weight, scenes):
+    for depth in (3, 4, 5):
+        rows = {}
+        for train, test in GroupKFold(3).split(x, one, scenes):
+            m = model(400, depth).fit(x[train], one[train], sample_weight=weight[train])
+            w = weight[test]
+            for count, p in enumerate(m.staged_predict_proba(x[test]), 1):
+                if count % 100 == 0:
+                    p = np.clip(p[:, 1], 1e-6, 1 - 1e-6)
+                    loss = -np.log(np.where(one[test] == 1, p, 1 - p))
+                    rows.setdefault(count, []).append(((w * loss).sum() / w.sum(),
+                                                       (w * ((p > 0.5) != one[test])).sum() / w.sum(),
+                                                       roc_auc_score(one[test], p, sample_weight=w)))
+        for count, folds in rows.items():
+            print(f"depth {depth}, {count} trees: loss, error, area under curve", np.mean(folds, axis=0).round(4),
+                  flush=True)
+
+
 def main():
-    names, x, one, weight, scenes = read(sys.argv[1])
-    folds = []
-    for train, test in GroupKFold(5).split(x, one, scenes):
-        m = model().fit(x[train], one[train], sample_weight=weight[train])
-        p = m.predict_proba(x[test])[:, 1]
-        wrong = (p > 0.5) != one[test]
-        folds.append((roc_auc_score(one[test], p, sample_weight=weight[test]),
-                      (weight[test] * wrong).sum() / weight[test].sum()))
-    print(f"{len(one)} pairs; 5 folds: area under curve, weighted error:", np.mean(folds, axis=0),
-          file=sys.stderr)
+    paths = [path for path in sys.argv[1:] if path != "--choose"]
+    names, x, one, weight, scenes = read(paths)
+    print(f"{len(one)} pairs of {len(set(scenes))} scenes", file=sys.stderr)
+    if len(paths) + 1 < len(sys.argv):
+        choose(x, one, weight, scenes)
+        return
     m = model().fit(x, one, sample_weight=weight)
-    for k in np.argsort(-m.feature_importances_)[:40]:
+    for k in np.argsort(-m.feature_importances_):
         print(f"{names[k]:14s} {m.feature_importances_[k]:.3f}", file=sys.stderr)
-    if len(sys.argv) > 2:
-        _, x2, one2, w2, _ = read(sys.argv[2])
-        p = m.predict_proba(x2)[:, 1]
-        print("test: area, error:", roc_auc_score(one2, p, sample_weight=w2),
-              (w2 * ((p > 0.5) != one2)).sum() / w2.sum(), file=sys.stderr)
     start = m.init_.class_prior_[1]
     start = np.log(start / (1 - start))
     trees = [complete(tree.tree_) for (tree,) in m.estimators_]
     check(m, trees, start, x)
     print("// Made by tests/stages/import/train_joins.py of pairs that part_pairs wrote; not by hand.")
-    print(f"// clang-format off\nconstexpr double start = {start:.5g};\nconstexpr Tree trees[] = {{")
+    print("// clang-format off\nconstexpr std::string_view clues[] = {")
+    for name in names:
+        print(f'    "{name}",')
+    print(f"}};\nconstexpr int splits = {2 ** DEPTH - 1};\nusing Tree = TreeOf<splits>;")
+    print(f"constexpr double start = {start:.5g};\nconstexpr Tree trees[] = {{")
     for feature, threshold, leaf in trees:
-        rows = (map(str, feature), (f"{t:.5g}" for t in threshold), (f"{RATE * v:.4g}" for v in leaf))
+        rows = (map(str, feature), (f"{t:.5g}" for t in threshold), (f"{RATE * v:.3g}" for v in leaf))
         print("    {%s}," % ", ".join("{%s}" % ", ".join(row) for row in rows))
     print("};\n// clang-format on")
 
