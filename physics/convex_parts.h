@@ -25,10 +25,15 @@ struct ConvexPartsRule {
 /// take. Boxes are halved across their longest side until the hull of what is inside (the mesh clipped to the
 /// box, and the box's corners within the solid) stays within the tolerance of the solid, as its field says
 /// everywhere (the field's own error is not counted); touching parts are then merged while the hull of both
-/// does. Deterministic. Precondition: a closed, outward mesh, and its field; look_m < tolerance_m. O(parts *
-/// triangles + merges * looks).
+/// does: only what it has beyond them is looked at. Deterministic. Precondition: a closed, outward mesh, and
+/// its field; look_m < tolerance_m. O(parts * triangles + merges * looks).
 std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh,
                                      const geometry::SignedDistanceField& field, const ConvexPartsRule& rule);
+
+/// The cells of `step_m` that fill a box, x fastest, and of each whether its middle is in some part.
+Eigen::Array3i lattice_of(const Eigen::AlignedBox3d& box_O, double step_m);
+std::vector<bool> covered_points(const Eigen::AlignedBox3d& box_O, double step_m,
+                                 const std::vector<ConvexPart>& parts);
 
 /// Euler characteristic of the closed cubes of `cell_m` whose centres are inside, V - E + F - C, and how many
 /// pieces they are: of a solid bounded by a surface of characteristic chi it is chi / 2.
