@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -20,6 +21,12 @@ struct ConvexPartsRule {
   double smallest_box_m = 5e-4;  ///< boxes are not cut below this, whatever is outside
   double look_m = 2e-4;          ///< side of the smallest boxes that are looked at in a part
 };
+
+/// The rule for a tolerance: looks and boxes that suit it.
+inline ConvexPartsRule parts_within(double tolerance_m) {
+  const ConvexPartsRule usual;
+  return {tolerance_m, std::min(usual.smallest_box_m, tolerance_m), std::min(usual.look_m, tolerance_m / 4)};
+}
 
 /// A solid as the union of convex parts: the second opinion on its shape, and what engines without fields
 /// take. Boxes are halved across their longest side until the hull of what is inside (the mesh clipped to the

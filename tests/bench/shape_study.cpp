@@ -77,10 +77,7 @@ int main(int argc, char** argv) {
   namespace geometry = geocage::geometry;
   namespace physics = geocage::physics;
   if (argc < 2) return std::fprintf(stderr, "shape_study FOLDER|MESH [PART_MM]\n"), 2;
-  physics::ConvexPartsRule rule;
-  if (argc > 2) rule.tolerance_m = 1e-3 * std::atof(argv[2]);
-  rule.look_m = std::min(rule.look_m, rule.tolerance_m / 4);
-  rule.smallest_box_m = std::min(rule.smallest_box_m, rule.tolerance_m);
+  const physics::ConvexPartsRule rule = physics::parts_within(argc > 2 ? 1e-3 * std::atof(argv[2]) : 0);
   std::printf(
       "| object | chi | field: chi, pieces | worst mm outside, inside | parts | s | chi, pieces | outside mm "
       "| "
