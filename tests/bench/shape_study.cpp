@@ -51,24 +51,20 @@ struct Outline {
   double excess_m = 0, left_out_m = 0;
 };
 
-Outline outline(const Eigen::AlignedBox3d& box, const geometry::SignedDistanceField& field,
+Outline outline(Eigen::AlignedBox3d box, const geometry::SignedDistanceField& field,
                 const std::vector<physics::ConvexPart>& parts) {
   constexpr double step = 0.5e-3;
+  box.min() -= Vec3::Constant(2e-3), box.max() += Vec3::Constant(2e-3);
+  const Eigen::Array3i n = physics::lattice_of(box, step);
+  const std::vector<bool> covered = physics::covered_points(box, step, parts);
   Outline seen;
-  std::vector<Eigen::AlignedBox3d> boxes(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    for (const Vec3& p : parts[i].vertices_O) boxes[i].extend(p);
-  for (double z = box.min().z() - 2e-3; z < box.max().z() + 2e-3; z += step)
-    for (double y = box.min().y() - 2e-3; y < box.max().y() + 2e-3; y += step)
-      for (double x = box.min().x() - 2e-3; x < box.max().x() + 2e-3; x += step) {
-        const Vec3 p(x, y, z);
-        const double value = field.value(p);
-        if (value >= 0 ? value <= seen.excess_m : -value <= seen.left_out_m) continue;
-        bool covered = false;
-        for (std::size_t i = 0; i < parts.size() && !covered; ++i)
-          covered = boxes[i].contains(p) && parts[i].contains(p, 1e-9);
-        if (value > 0 && covered) seen.excess_m = value;
-        if (value < 0 && !covered) seen.left_out_m = -value;
+  std::size_t i = 0;
+  for (int z = 0; z < n.z(); ++z)
+    for (int y = 0; y < n.y(); ++y)
+      for (int x = 0; x < n.x(); ++x, ++i) {
+        const double value = field.value(box.min() + step * Vec3(x + 0.5, y + 0.5, z + 0.5));
+        double& worst = covered[i] ? seen.excess_m : seen.left_out_m;
+        worst = std::max(worst, covered[i] ? value : -value);
       }
   return seen;
 }
@@ -81,8 +77,7 @@ int main(int argc, char** argv) {
   namespace geometry = geocage::geometry;
   namespace physics = geocage::physics;
   if (argc < 2) return std::fprintf(stderr, "shape_study FOLDER|MESH [PART_MM]\n"), 2;
-  physics::ConvexPartsRule rule;
-  if (argc > 2) rule.tolerance_m = 1e-3 * std::atof(argv[2]);
+  const physics::ConvexPartsRule rule = physics::parts_within(argc > 2 ? 1e-3 * std::atof(argv[2]) : 0);
   std::printf(
       "| object | chi | field: chi, pieces | worst mm outside, inside | parts | s | chi, pieces | outside mm "
       "| "
