@@ -24,6 +24,6 @@ struct ScoreParams {
 topology::Scores score(const ScoreParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh,
                        const topology::BallSet& balls);
 
-inline constexpr pipeline::Stage score_stage{"score", 4, &score};
+inline constexpr pipeline::Stage score_stage{"score", 5, &score};
 
 }  // namespace geocage::stages
