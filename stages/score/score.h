@@ -14,6 +14,7 @@ struct ScoreParams {
   double most_share = 0.5;
   double winding_min_rad = 0, winding_max_rad = 7;  // neutral: winding angles lie in [pi, 2 pi]
   std::string beside = "none";
+  bool necks = false;
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };

@@ -245,8 +245,8 @@ TEST(ScoreStage, RingsPulledTightTellTheNeck) {
     p.x() *= share;
     p.y() *= share;
   }
-  const auto scores =
-      scores_of(mesh, {0.04}, {.heuristics = {"winding"}, .com_offset_m = 10, .most_share = 1});
+  const auto scores = scores_of(
+      mesh, {0.04}, {.heuristics = {"winding"}, .com_offset_m = 10, .most_share = 1, .necks = true});
   int necks = 0;
   for (const Candidate& c : scores.candidates) {
     if (std::isnan(c.neck_length_m)) continue;
