@@ -395,4 +395,18 @@ VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::vector<Convex
   });
 }
 
+FaithfulParts faithful_parts(const geometry::TriangleMesh& mesh, const SignedDistanceField& field,
+                             double tolerance_m, double voxel_m, double least_m) {
+  const Box box = box_of(mesh.vertices);
+  const VoxelShape solid = voxel_shape(box, voxel_m, [&](const Vec3& p) { return field.value(p) < 0; });
+  FaithfulParts found;
+  for (double tolerance = tolerance_m; !found.faithful && tolerance >= least_m; tolerance /= 2) {
+    found.tolerance_m = tolerance;
+    found.parts = convex_parts(mesh, field, parts_within(tolerance));
+    const VoxelShape shape = voxel_shape(box, voxel_m, found.parts);
+    found.faithful = shape.euler == solid.euler && shape.pieces == solid.pieces;
+  }
+  return found;
+}
+
 }  // namespace geocage::physics

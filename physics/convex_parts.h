@@ -54,4 +54,16 @@ VoxelShape voxel_shape(const Eigen::AlignedBox3d& box_O, double cell_m,
 /// The same where some part contains the centre.
 VoxelShape voxel_shape(const Eigen::AlignedBox3d& box_O, double cell_m, const std::vector<ConvexPart>& parts);
 
+/// Parts with the handles, hollows and pieces of the solid, counted in voxels of `voxel_m`, and the tolerance
+/// that they took.
+struct FaithfulParts {
+  std::vector<ConvexPart> parts;
+  double tolerance_m = 0;
+  bool faithful = false;  ///< false: not even at `least_m`
+};
+/// A crevice narrower than the tolerance may be closed to a handle or a hollow: the tolerance is halved until
+/// it is not, down to `least_m`.
+FaithfulParts faithful_parts(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field,
+                             double tolerance_m, double voxel_m = 5e-4, double least_m = 1e-4);
+
 }  // namespace geocage::physics

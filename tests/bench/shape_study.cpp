@@ -1,6 +1,6 @@
 // Do the shapes that physics sees keep the mesh's size and holes? For every mesh of a folder, its distance
 // field and its convex parts:
-//   shape_study FOLDER|MESH [PART_MM]   (0: the field alone)
+//   shape_study FOLDER|MESH [PART_MM]   (0: the field alone; halved where parts would lose handles)
 // chi is of the solid: half of the mesh's V - E + F, and of the voxels of 0.5 mm inside (1 mm closes gaps of
 // hammer and pitcher: rays, which know nothing of the field, say the same there). The field's error is
 // against CGAL's exact distance at points within 5 mm of the surface, on both sides; what parts have outside
@@ -77,13 +77,14 @@ int main(int argc, char** argv) {
   namespace geometry = geocage::geometry;
   namespace physics = geocage::physics;
   if (argc < 2) return std::fprintf(stderr, "shape_study FOLDER|MESH [PART_MM]\n"), 2;
-  const physics::ConvexPartsRule rule = physics::parts_within(argc > 2 ? 1e-3 * std::atof(argv[2]) : 0);
+  const double tolerance_m = argc > 2 ? 1e-3 * std::atof(argv[2]) : 0;
   std::printf(
-      "| object | chi | field: chi, pieces | worst mm outside, inside | parts | s | chi, pieces | outside mm "
+      "| object | chi | field: chi, pieces | worst mm outside, inside | tolerance mm | parts | s | chi, "
+      "pieces | outside mm "
       "| "
       "left out mm | "
       "volume %% "
-      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [name, mesh] : objects_of(argv[1])) {
     geocage::pipeline::Run run;
     const auto field = geocage::stages::field({}, run, mesh);
@@ -94,17 +95,18 @@ int main(int argc, char** argv) {
     constexpr double voxel_m = 5e-4;
     const auto of_field =
         physics::voxel_shape(box, voxel_m, [&](const geometry::Vec3& p) { return field.value(p) < 0; });
-    std::vector<physics::ConvexPart> parts;
+    physics::FaithfulParts faithful;
     const std::clock_t start = std::clock();
-    if (rule.tolerance_m > 0) parts = physics::convex_parts(mesh, field, rule);
+    if (tolerance_m > 0) faithful = physics::faithful_parts(mesh, field, tolerance_m, voxel_m);
+    const auto& parts = faithful.parts;
     const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     const auto of_parts = physics::voxel_shape(box, voxel_m, parts);
     const Outline seen = parts.empty() ? Outline{} : outline(box, field, parts);
     const Errors worst = errors(mesh, field);
-    std::printf("| %s | %ld | %ld, %d | %.2f, %.2f | %zu | %.1f | %ld, %d | %.2f | %.2f | %+.1f |\n",
+    std::printf("| %s | %ld | %ld, %d | %.2f, %.2f | %.3g | %zu | %.1f | %ld, %d | %.2f | %.2f | %+.1f |\n",
                 name.c_str(), chi, of_field.euler, of_field.pieces, 1e3 * worst.outside_m,
-                1e3 * worst.inside_m, parts.size(), seconds, of_parts.euler, of_parts.pieces,
-                1e3 * seen.excess_m, 1e3 * seen.left_out_m,
+                1e3 * worst.inside_m, 1e3 * faithful.tolerance_m, parts.size(), seconds, of_parts.euler,
+                of_parts.pieces, 1e3 * seen.excess_m, 1e3 * seen.left_out_m,
                 100 * (of_parts.volume_m3 / geometry::mass_properties(mesh).volume_m3 - 1));
     std::fflush(stdout);
   }
