@@ -87,7 +87,8 @@ int VertexGrid::around(const double* p, double radius_m, int* found) const {
 SectionWalker::SectionWalker(const BallMesh& mesh, const VertexGrid& grid)
     : mesh_(mesh), grid_(grid), near_(VertexGrid::most_found + 16) {}
 
-SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& axis, const Vec3& source) {
+SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& axis,
+                                               const Vec3& source) const {
   Vec3 u = axis.cross(Vec3::Unit(std::abs(axis.x()) < 0.6 ? 0 : 1));
   u /= std::sqrt(u.squaredNorm());
   const Vec3 v = axis.cross(u);
@@ -99,7 +100,7 @@ SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& a
     plane.center[i] = center[i];
     plane.source[i] = source[i];
   }
-  plane.offset = plane_offset(axis, center);
+  plane.offset = plane_offset(axis, center, mesh_.mean_edge_m);
   return plane;
 }
 

@@ -45,8 +45,8 @@ class SectionWalker {
     Tip ahead, behind;
   };
 
-  static Plane make_plane(const geometry::Vec3& center, const geometry::Vec3& axis,
-                          const geometry::Vec3& source);
+  Plane make_plane(const geometry::Vec3& center, const geometry::Vec3& axis,
+                   const geometry::Vec3& source) const;
   double height(const Plane& plane, int vertex) const;
   double along_v(const Plane& plane, int vertex) const;
   double u_of(const Plane& plane, const int* ends, const End* places) const {
