@@ -145,6 +145,7 @@ SignedDistanceField field_of(const Cells& cells, const std::vector<bool>& solid,
     field.coarse.push_back(static_cast<float>((solid[i] ? -distance : distance) * cell_m));
   }
   field.block.assign(std::size_t(cells.size[0] - 1) * (cells.size[1] - 1) * (cells.size[2] - 1), 0);
+  field.mark();
   return field;
 }
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "geometry/marks_along.h"
 
 namespace geocage::geometry {
 
@@ -35,24 +38,48 @@ inline double in_box(const SignedDistanceField& field, double wanted, int i) {
   return std::min(std::max(wanted, 0.0), double(field.nodes[i] - 1));
 }
 
-[[gnu::always_inline]] inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
+/// The coarse cell around a point.
+struct CoarseCell {
+  Place x, y, z;
+  std::ptrdiff_t nx, ny;
+  bool in_grid;
+  std::ptrdiff_t index() const { return x.cell + (nx - 1) * (y.cell + (ny - 1) * z.cell); }
+};
+
+[[gnu::always_inline]] inline CoarseCell cell_around(const SignedDistanceField& field, const Vec3& p_O) {
   const double x = in_cells(field, p_O, 0), y = in_cells(field, p_O, 1), z = in_cells(field, p_O, 2);
   const double qx = in_box(field, x, 0), qy = in_box(field, y, 1), qz = in_box(field, z, 2);
-  const bool in_grid = x == qx && y == qy && z == qz;
-  const std::ptrdiff_t nx = field.nodes[0], ny = field.nodes[1];
-  const Place px = place_in(qx, field.nodes[0] - 1), py = place_in(qy, field.nodes[1] - 1),
-              pz = place_in(qz, field.nodes[2] - 1);
-  const std::uint32_t block = field.block[px.cell + (nx - 1) * (py.cell + (ny - 1) * pz.cell)];
-  if (block == 0) {
-    const float* at = field.coarse.data() + px.cell + nx * (py.cell + ny * pz.cell);
-    return {at, nx, nx * ny, px.fraction, py.fraction, pz.fraction, 1, in_grid};
-  }
+  return {place_in(qx, field.nodes[0] - 1),
+          place_in(qy, field.nodes[1] - 1),
+          place_in(qz, field.nodes[2] - 1),
+          field.nodes[0],
+          field.nodes[1],
+          x == qx && y == qy && z == qz};
+}
+
+[[gnu::always_inline]] inline Corners coarse_corners(const SignedDistanceField& field,
+                                                     const CoarseCell& cell) {
+  const float* at = field.coarse.data() + cell.x.cell + cell.nx * (cell.y.cell + cell.ny * cell.z.cell);
+  return {at, cell.nx, cell.nx * cell.ny, cell.x.fraction, cell.y.fraction, cell.z.fraction, 1, cell.in_grid};
+}
+
+[[gnu::always_inline]] inline Corners fine_corners(const SignedDistanceField& field, const CoarseCell& cell,
+                                                   std::uint32_t block) {
   const int parts = static_cast<int>(block & 15);
   const std::ptrdiff_t n = parts + 1;
-  const Place fx = place_in(px.fraction * parts, parts), fy = place_in(py.fraction * parts, parts),
-              fz = place_in(pz.fraction * parts, parts);
+  const Place fx = place_in(cell.x.fraction * parts, parts), fy = place_in(cell.y.fraction * parts, parts),
+              fz = place_in(cell.z.fraction * parts, parts);
   const float* at = field.fine.data() + (block >> 4) + fx.cell + n * (fy.cell + n * fz.cell);
-  return {at, n, n * n, fx.fraction, fy.fraction, fz.fraction, parts, in_grid};
+  return {at, n, n * n, fx.fraction, fy.fraction, fz.fraction, parts, cell.in_grid};
+}
+
+[[gnu::always_inline]] inline Corners corners_around(const SignedDistanceField& field, const Vec3& p_O) {
+  const CoarseCell cell = cell_around(field, p_O);
+  if (!field.marks.empty() &&
+      (field.marks[mark_index(field.nodes.data(), cell.x.cell, cell.y.cell, cell.z.cell)] & 1) == 0)
+    return coarse_corners(field, cell);
+  const std::uint32_t block = field.block[cell.index()];
+  return block == 0 ? coarse_corners(field, cell) : fine_corners(field, cell, block);
 }
 
 /// From the grid's box to the point.
@@ -88,6 +115,41 @@ double SignedDistanceField::value(const Vec3& p_O) const {
   const Corners corners = corners_around(*this, p_O);
   const double distance = interpolate<false>(corners, nullptr);
   return corners.in_grid ? distance : distance + beyond_m(*this, p_O).norm();
+}
+
+void SignedDistanceField::bounds_along(const Vec3& a_O, const Vec3& ab_O, int last,
+                                       std::array<float, 128>& bound_m) const {
+  if (marks.empty()) return bound_m.fill(-std::numeric_limits<float>::infinity());
+  const GridSize grid{{origin[0], origin[1], origin[2]}, cell_m, {nodes[0], nodes[1], nodes[2]}};
+  std::array<int, 128> index;
+  marks_along(grid, a_O.data(), ab_O.data(), last, index.data());
+  const float quarter = static_cast<float>(0.25 * cell_m);
+  for (int i = 0; i <= last; ++i) bound_m[i] = quarter * static_cast<float>(marks[index[i]] >> 1);
+}
+
+void SignedDistanceField::mark() {
+  constexpr double rounding_m = 1e-6;  // of floats up to 32 cells, and of interpolation
+  const std::ptrdiff_t nx = nodes[0], ny = nodes[1];
+  std::size_t bricks = 1;
+  for (const int n : nodes) bricks *= static_cast<std::size_t>((n + 2) >> 2);
+  marks.assign(64 * bricks, 0);
+  std::size_t cell = 0;
+  for (int z = 0; z + 1 < nodes[2]; ++z)
+    for (int y = 0; y + 1 < nodes[1]; ++y)
+      for (int x = 0; x + 1 < nodes[0]; ++x, ++cell) {
+        const float* at = &coarse[x + nx * (y + ny * z)];
+        float least = std::min({at[0], at[1], at[nx], at[nx + 1]});
+        at += nx * ny;
+        least = std::min({least, at[0], at[1], at[nx], at[nx + 1]});
+        if (block[cell] != 0) {
+          const std::size_t n = (block[cell] & 15) + 1;
+          const auto first = fine.begin() + (block[cell] >> 4);
+          least = *std::min_element(first, first + static_cast<std::ptrdiff_t>(n * n * n));
+        }
+        const double quarters = std::clamp((least - rounding_m) / (0.25 * cell_m), 0.0, 127.0);
+        marks[mark_index(nodes.data(), x, y, z)] =
+            static_cast<std::uint8_t>(2 * static_cast<int>(quarters) + (block[cell] != 0));
+      }
 }
 
 double SignedDistanceField::value(const Vec3& p_O, Vec3& gradient) const {

@@ -22,6 +22,12 @@ struct SignedDistanceField {
   /// begins at fine[begin].
   std::vector<std::uint32_t> block;
   std::vector<float> fine;  ///< the blocks' nodes, x fastest in each
+  /// Told from the above by mark(), never stored; empty until then. Of each coarse cell one byte: 1 for a
+  /// block, plus 2 k where no value in it is below k / 4 coarse cells (k = 0: nothing is said). Cells near
+  /// each other lie together (marks_along.h), so that a way through the field stays in a processor's near
+  /// memory.
+  std::vector<std::uint8_t> marks;
+  void mark();
 
   /// The cell between whose nodes the value at p is interpolated (at the nearest point of the box when p is
   /// outside), and where in it p lies, each coordinate in [0, 1].
@@ -36,6 +42,9 @@ struct SignedDistanceField {
   double finest_cell_m() const;
 
   double value(const Vec3& p_O) const;
+  /// From the marks alone, for the points a + i / last * ab, i = 0 ... last < 128: what the value is not
+  /// below, or 0 where that is not known. Minus infinity without marks.
+  void bounds_along(const Vec3& a_O, const Vec3& ab_O, int last, std::array<float, 128>& bound_m) const;
   /// Value, and its gradient (of the interpolant, not normalised) in `gradient`.
   double value(const Vec3& p_O, Vec3& gradient) const;
 };

@@ -412,6 +412,7 @@ SignedDistanceField build_distance_field(const TriangleMesh& mesh, const FieldGr
         static_cast<std::uint32_t>(16 * field.fine.size() + static_cast<std::size_t>(parted[b].parts));
     field.fine.insert(field.fine.end(), blocks[b].begin(), blocks[b].end());
   }
+  field.mark();
   return field;
 }
 

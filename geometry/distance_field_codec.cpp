@@ -87,6 +87,7 @@ void load_artefact(SignedDistanceField& field, const fs::path& dir) {
   read_numbers(blocks, field.block);
   read_numbers(blocks, field.fine);
   expect(blocks, dir / "blocks.bin");
+  field.mark();
 }
 
 }  // namespace geocage::geometry

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <numeric>
 
 #include <LinearMath/btConvexHullComputer.h>
@@ -51,28 +52,33 @@ std::vector<Vec3> corners_within(const geometry::TriangleMesh& mesh, const std::
   return points;
 }
 
-/// Empty for points that span no volume.
-ConvexPart hull_of(const std::vector<Vec3>& points) {
+/// Empty for points that span no volume. `middles`: gets those of edges and faces.
+ConvexPart hull_of(const std::vector<Vec3>& points, std::vector<Vec3>* middles = nullptr) {
   ConvexPart part;
   if (points.size() < 4) return part;
   btConvexHullComputer computer;
   std::vector<double> flat;
   for (const Vec3& p : points) flat.insert(flat.end(), p.data(), p.data() + 3);
   computer.compute(flat.data(), 3 * sizeof(double), static_cast<int>(points.size()), 0, 0);
+  // The points themselves: the computer's are rounded to a ten-thousandth of the size, anew in every merge.
   for (int i = 0; i < computer.vertices.size(); ++i)
-    part.vertices_O.emplace_back(computer.vertices[i].x(), computer.vertices[i].y(),
-                                 computer.vertices[i].z());
+    part.vertices_O.push_back(points[static_cast<std::size_t>(computer.original_vertex_index[i])]);
   Vec3 center = Vec3::Zero();
   for (const Vec3& p : part.vertices_O) center += p / static_cast<double>(part.vertices_O.size());
   for (int f = 0; f < computer.faces.size(); ++f) {
     const auto* first = &computer.edges[computer.faces[f]];
     const auto* edge = first;
     Vec3 normal = Vec3::Zero();  // Newell: twice the area, whatever the corners' number
+    Vec3 sum = Vec3::Zero();
+    int corners = 0;
     do {
       const Vec3 &p = part.vertices_O[edge->getSourceVertex()], &q = part.vertices_O[edge->getTargetVertex()];
       normal += (p - center).cross(q - center);
+      sum += p, ++corners;
+      if (middles && edge->getSourceVertex() < edge->getTargetVertex()) middles->push_back((p + q) / 2);
       edge = edge->getNextEdgeOfFace();
     } while (edge != first);
+    if (middles) middles->push_back(sum / corners);
     if (normal.norm() < 1e-14) continue;
     normal.normalize();
     if (normal.dot(part.vertices_O[first->getSourceVertex()] - center) < 0) normal = -normal;
@@ -90,6 +96,54 @@ Box box_of(const std::vector<Vec3>& points) {
   return box;
 }
 
+/// A convex part and a box that shrinks: of the part's faces, those that may cut the box.
+class Cuts {
+ public:
+  explicit Cuts(const ConvexPart& part) : part_(part), faces_(part.normals_O.size()) {
+    std::iota(faces_.begin(), faces_.end(), std::size_t(0));
+  }
+  /// Of what `whole` has beyond the part: without the faces that all of `whole` is behind, to 1 um.
+  Cuts(const ConvexPart& part, const ConvexPart& whole) : part_(part) {
+    constexpr double same_m = 1e-6;
+    for (std::size_t face = 0; face < part.normals_O.size(); ++face)
+      if (std::ranges::any_of(whole.vertices_O, [&](const Vec3& p) {
+            return part.normals_O[face].dot(p) > part.offset_m[face] + same_m;
+          }))
+        faces_.push_back(face);
+  }
+
+  enum Side { apart, across, inside };
+  /// Where the box lies. From now on, only the faces that may cut it are looked at, until `back`.
+  Side shrink(const Vec3& middle, const Vec3& half, bool& holds_middle) {
+    const std::size_t past = faces_.size();
+    begins_.push_back(first_);
+    holds_middle = true;
+    for (std::size_t i = first_; i < past; ++i) {
+      const std::size_t face = faces_[i];
+      const double beyond = part_.normals_O[face].dot(middle) - part_.offset_m[face],
+                   reach = part_.normals_O[face].cwiseAbs().dot(half);
+      if (beyond > reach) {
+        first_ = past, faces_.resize(past), ends_.push_back(past);
+        return apart;
+      }
+      holds_middle = holds_middle && beyond <= 0;
+      if (beyond > -reach) faces_.push_back(face);
+    }
+    first_ = past, ends_.push_back(past);
+    return faces_.size() == past ? inside : across;
+  }
+  void back() {
+    faces_.resize(ends_.back());
+    first_ = begins_.back();
+    begins_.pop_back(), ends_.pop_back();
+  }
+
+ private:
+  const ConvexPart& part_;
+  std::vector<std::size_t> faces_, begins_, ends_;
+  std::size_t first_ = 0;
+};
+
 /// Whether a part is nowhere farther outside the solid than the tolerance. A box around the part is halved
 /// where it holds points of the part and its middle is nearer to the tolerance than its corners are to the
 /// middle: distances grow by no more than the way.
@@ -98,11 +152,16 @@ class Outline {
   Outline(const SignedDistanceField& field, const ConvexPartsRule& rule)
       : field_(field), look_m_(rule.look_m), limit_m_(rule.tolerance_m - std::sqrt(0.75) * rule.look_m) {}
 
-  bool within(const ConvexPart& part) const {
+  /// `known`: parts of the part that are within.
+  bool within(const ConvexPart& part, std::initializer_list<const ConvexPart*> known = {}) const {
+    Search search{Cuts(part), {}};
+    for (const ConvexPart* of : known) search.known.emplace_back(*of, part);
     const Box box = box_of(part.vertices_O);
-    std::vector<std::size_t> faces(part.normals_O.size());
-    std::iota(faces.begin(), faces.end(), std::size_t(0));
-    return within(part, box.center(), box.sizes() / 2, faces, 0);
+    return within(search, box.center(), box.sizes() / 2, field_.value(box.center()), ~0u);
+  }
+
+  bool beyond(const std::vector<Vec3>& points) const {
+    return std::ranges::any_of(points, [&](const Vec3& p) { return field_.value(p) > limit_m_; });
   }
 
   /// Whether the middle between two corners of the parts shows already that the hull of both is not within.
@@ -118,37 +177,47 @@ class Outline {
   }
 
  private:
-  /// `faces`, from `first` on, are those that may cut the box.
-  bool within(const ConvexPart& part, const Vec3& middle, const Vec3& half, std::vector<std::size_t>& faces,
-              std::size_t first) const {
-    const std::size_t past = faces.size();
-    bool whole = true;  // the middle is in the part
-    for (std::size_t i = first; i < past; ++i) {
-      const std::size_t face = faces[i];
-      const double beyond = part.normals_O[face].dot(middle) - part.offset_m[face],
-                   reach = part.normals_O[face].cwiseAbs().dot(half);
-      if (beyond > reach) {  // all of the box
-        faces.resize(past);
-        return true;
-      }
-      whole = whole && beyond <= 0;
-      if (beyond > -reach) faces.push_back(face);
-    }
-    const double outside_m = field_.value(middle);
-    int axis = 0;
-    bool answer = true;
-    if (outside_m + half.norm() <= limit_m_) {
-      answer = true;
-    } else if (whole && outside_m > limit_m_) {
-      answer = false;
-    } else if (half.maxCoeff(&axis) > look_m_ / 2) {
-      Vec3 smaller = half, step = Vec3::Zero();
-      step[axis] = smaller[axis] /= 2;
-      answer = within(part, middle - step, smaller, faces, past) &&
-               within(part, middle + step, smaller, faces, past);
-    }
-    faces.resize(past);
+  struct Search {
+    Cuts part;
+    std::vector<Cuts> known;
+  };
+
+  /// `outside_m`: the field at the middle. `near`: a bit for each known part that the box may meet.
+  bool within(Search& search, const Vec3& middle, const Vec3& half, double outside_m, unsigned near) const {
+    if (outside_m + half.norm() <= limit_m_) return true;
+    bool in_part = false, in_known = false, done = false;
+    const Cuts::Side side = search.part.shrink(middle, half, in_part);
+    unsigned nearer = 0;
+    if (side != Cuts::apart)
+      for (std::size_t i = 0; i < search.known.size() && !done; ++i)
+        if (near >> i & 1) {
+          const Cuts::Side of_known = search.known[i].shrink(middle, half, in_known);
+          done = of_known == Cuts::inside;
+          if (of_known == Cuts::apart || done)
+            search.known[i].back();
+          else
+            nearer |= 1u << i;
+        }
+    const bool answer =
+        side == Cuts::apart || done || halves_within(search, middle, half, outside_m, nearer, in_part);
+    for (std::size_t i = 0; i < search.known.size(); ++i)
+      if (nearer >> i & 1) search.known[i].back();
+    search.part.back();
     return answer;
+  }
+
+  bool halves_within(Search& search, const Vec3& middle, const Vec3& half, double outside_m, unsigned near,
+                     bool in_part) const {
+    if (in_part && outside_m > limit_m_) return false;
+    int axis = 0;
+    if (half.maxCoeff(&axis) <= look_m_ / 2) return true;
+    Vec3 smaller = half, step = Vec3::Zero();
+    step[axis] = smaller[axis] /= 2;
+    // What is too far outside is found sooner in the half that is farther.
+    const double low_m = field_.value(middle - step), high_m = field_.value(middle + step);
+    if (low_m < high_m) step = -step;
+    return within(search, middle - step, smaller, std::max(low_m, high_m), near) &&
+           within(search, middle + step, smaller, std::min(low_m, high_m), near);
   }
 
   const SignedDistanceField& field_;
@@ -204,8 +273,10 @@ struct Cutter {
           }
           std::vector<Vec3> points = pieces[i].part.vertices_O;
           points.insert(points.end(), pieces[j].part.vertices_O.begin(), pieces[j].part.vertices_O.end());
-          ConvexPart both = hull_of(points);
-          if (both.normals_O.empty() || !outline.within(both)) {
+          std::vector<Vec3> middles;
+          ConvexPart both = hull_of(points, &middles);
+          if (both.normals_O.empty() || outline.beyond(middles) ||
+              !outline.within(both, {&pieces[i].part, &pieces[j].part})) {
             ++j;
             continue;
           }
@@ -235,6 +306,29 @@ std::vector<ConvexPart> convex_parts(const geometry::TriangleMesh& mesh, const S
   std::vector<ConvexPart> parts;
   for (Piece& piece : cutter.pieces) parts.push_back(std::move(piece.part));
   return parts;
+}
+
+Eigen::Array3i lattice_of(const Box& box_O, double step_m) {
+  return (box_O.sizes() / step_m).array().ceil().cast<int>();
+}
+
+std::vector<bool> covered_points(const Box& box_O, double step_m, const std::vector<ConvexPart>& parts) {
+  const Eigen::Array3i n = lattice_of(box_O, step_m);
+  std::vector<bool> covered(static_cast<std::size_t>(n.x()) * n.y() * n.z());
+  for (const ConvexPart& part : parts) {
+    const Box box = box_of(part.vertices_O);
+    const auto place = [&](const Vec3& p) {
+      return ((p - box_O.min()) / step_m).array().floor().cast<int>().eval();
+    };
+    const Eigen::Array3i low = place(box.min()).max(0), high = place(box.max()).min(n - 1);
+    for (int z = low.z(); z <= high.z(); ++z)
+      for (int y = low.y(); y <= high.y(); ++y)
+        for (int x = low.x(); x <= high.x(); ++x) {
+          auto&& here = covered[(static_cast<std::size_t>(z) * n.y() + y) * n.x() + x];
+          here = here || part.contains(box_O.min() + step_m * Vec3(x + 0.5, y + 0.5, z + 0.5), 1e-9);
+        }
+  }
+  return covered;
 }
 
 VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::function<bool(const Vec3&)>& inside) {
@@ -291,14 +385,28 @@ VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::function<bool
 }
 
 VoxelShape voxel_shape(const Box& box_O, double cell_m, const std::vector<ConvexPart>& parts) {
-  std::vector<Box> boxes;
-  boxes.reserve(parts.size());
-  for (const ConvexPart& part : parts) boxes.push_back(box_of(part.vertices_O));
+  Box box = box_O;
+  box.max() += Vec3::Constant(2 * cell_m);  // the last cells' middles may lie beyond
+  const std::vector<bool> covered = covered_points(box, cell_m, parts);
+  const Eigen::Array3i n = lattice_of(box, cell_m);
   return voxel_shape(box_O, cell_m, [&](const Vec3& p) {
-    for (std::size_t i = 0; i < parts.size(); ++i)
-      if (boxes[i].contains(p) && parts[i].contains(p, 1e-9)) return true;
-    return false;
+    const Eigen::Array3i at = ((p - box.min()) / cell_m).array().floor().cast<int>();
+    return covered[(static_cast<std::size_t>(at.z()) * n.y() + at.y()) * n.x() + at.x()];
   });
+}
+
+FaithfulParts faithful_parts(const geometry::TriangleMesh& mesh, const SignedDistanceField& field,
+                             double tolerance_m, double voxel_m, double least_m) {
+  const Box box = box_of(mesh.vertices);
+  const VoxelShape solid = voxel_shape(box, voxel_m, [&](const Vec3& p) { return field.value(p) < 0; });
+  FaithfulParts found;
+  for (double tolerance = tolerance_m; !found.faithful && tolerance >= least_m; tolerance /= 2) {
+    found.tolerance_m = tolerance;
+    found.parts = convex_parts(mesh, field, parts_within(tolerance));
+    const VoxelShape shape = voxel_shape(box, voxel_m, found.parts);
+    found.faithful = shape.euler == solid.euler && shape.pieces == solid.pieces;
+  }
+  return found;
 }
 
 }  // namespace geocage::physics

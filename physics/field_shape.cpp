@@ -212,33 +212,28 @@ FieldContacts field_contacts(const SignedDistanceField& field, const hands::Plac
   return CapsuleTrack().contacts(field, capsule_O, contact_m);
 }
 
-/// Outside its grid the field may rise by 2 m a metre, never faster: what one sample says rules out its
-/// neighbours, and what it said before the capsule moved.
+/// Outside its grid the field may rise by 2 m a metre, never faster: what the samples said rules out contacts
+/// until the capsule has moved by half of it.
 FieldContacts CapsuleTrack::contacts(const SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
                                      double contact_m) {
   const AxisLine line{field, capsule_O.a, capsule_O.b - capsule_O.a};
-  const double reach = capsule_O.radius_m + contact_m, length = line.ab.norm();
-  if (samples_ == 0) {
-    samples_ = std::clamp(static_cast<int>(std::ceil(length / sample_m)), 1, Samples::most) + 1;
-    std::fill_n(bound_m_.begin(), samples_, -std::numeric_limits<double>::infinity());
-  } else {  // no point of the axis moves farther than its ends
-    way_m_ += std::max((capsule_O.a - a_).norm(), (capsule_O.b - b_).norm());
-  }
+  const double reach = capsule_O.radius_m + contact_m;
+  // No point of the axis moves farther than its ends.
+  free_m_ -= 2 * std::max((capsule_O.a - a_).norm(), (capsule_O.b - b_).norm());
   a_ = capsule_O.a, b_ = capsule_O.b;
-  if (least_m_ - 2 * way_m_ > reach) return {};
+  if (free_m_ > reach) return {};
+  if (last_ == 0)
+    last_ = std::clamp(static_cast<int>(std::ceil(line.ab.norm() / sample_m)), 1, Samples::most);
 
   Samples samples;
-  samples.last = samples_ - 1;
-  const double fall = 2 * length / samples.last;
-  double bound = -std::numeric_limits<double>::infinity();  // of the sample's value, from the one before
-  least_m_ = std::numeric_limits<double>::infinity();
-  for (int i = 0; i <= samples.last; ++i) {
-    bound = std::max(bound, bound_m_[i] - 2 * way_m_);
-    samples.value[i] = std::numeric_limits<double>::infinity();
-    if (bound < reach) bound = samples.value[i] = line.value(samples.t(i));
-    bound_m_[i] = bound + 2 * way_m_;
-    least_m_ = std::min(least_m_, bound_m_[i]);
-    bound -= fall;
+  samples.last = last_;
+  std::array<float, Samples::most + 1> bound;
+  field.bounds_along(line.a, line.ab, last_, bound);
+  free_m_ = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= last_; ++i) {
+    const double least = bound[i] < reach ? line.value(samples.t(i)) : bound[i];
+    samples.value[i] = bound[i] < reach ? least : std::numeric_limits<double>::infinity();
+    free_m_ = std::min(free_m_, least);
   }
   return contacts_of(line, samples, reach);
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <limits>
 #include <vector>
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
@@ -60,18 +61,16 @@ struct FieldContacts {
 FieldContacts field_contacts(const geometry::SignedDistanceField& field,
                              const hands::PlacedCapsule& capsule_O, double contact_m);
 
-/// The same contacts of a capsule that moves, with fewer lookups: a sample of its axis is looked at again
-/// only once the axis has moved by enough for it to come within reach. Keeps to one capsule.
+/// The same contacts of a capsule that moves: not looked for until its axis has moved by enough for it to
+/// come within reach. Keeps to one capsule.
 class CapsuleTrack {
  public:
   FieldContacts contacts(const geometry::SignedDistanceField& field, const hands::PlacedCapsule& capsule_O,
                          double contact_m);
 
  private:
-  std::array<double, 128> bound_m_;  ///< of each sample: no value is smaller, plus twice the way until then
-  int samples_ = 0;                  ///< 0: nothing was looked at yet
-  double least_m_ = 0;               ///< of the bounds
-  double way_m_ = 0;                 ///< of the faster end, so far
+  int last_ = 0;  ///< the last sample of its axis; 0: nothing was looked at yet
+  double free_m_ = -std::numeric_limits<double>::infinity();  ///< no value on the axis is smaller
   geometry::Vec3 a_ = geometry::Vec3::Zero(), b_ = geometry::Vec3::Zero();
 };
 

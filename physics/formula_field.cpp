@@ -17,6 +17,7 @@ geometry::SignedDistanceField filled(const geometry::Vec3& half, double cell_m,
   std::size_t cells = 1;
   for (const int n : field.nodes) cells *= n - 1;
   field.block.assign(cells, 0);
+  field.mark();
   return field;
 }
 

@@ -33,7 +33,8 @@ void order_patch(const BallMesh& mesh, const std::vector<int>& patch_of, int* be
   std::pair<double, int> around[lanes];
   for (int* v = border; v < end; ++v) {
     const geometry::Vec3 out = mesh.position(*v) - middle;
-    around[v - border] = {std::atan2(out.dot(w), out.dot(u)), *v};
+    const double x = out.dot(u), y = out.dot(w), far = std::abs(x) + std::abs(y);
+    around[v - border] = {far > 0 ? std::copysign(1 - x / far, y) : 0, *v};  // grows with the angle
   }
   std::sort(around, around + (end - border));
   for (int* v = border; v < end; ++v) *v = around[v - border].second;
@@ -66,10 +67,12 @@ Patches make_patches(const BallMesh& mesh) {
         queue.push_back(w);
       }
     }
-    order_patch(mesh, patch_of, patches.sources.data() + patches.start.back(),
-                patches.sources.data() + patches.sources.size());
     patches.start.push_back(static_cast<int>(patches.sources.size()));
   }
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < patches.count(); ++i)
+    order_patch(mesh, patch_of, patches.sources.data() + patches.start[i],
+                patches.sources.data() + patches.start[i + 1]);
   return patches;
 }
 
@@ -132,8 +135,8 @@ void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) 
   }
 }
 
-/// Bucket by bucket (delta stepping: Meyer and Sanders 2003). What was reached is then ordered like a region of
-/// hops, whose rings cut a ball into fewer runs than rings of lengths do.
+/// Bucket by bucket (delta stepping: Meyer and Sanders 2003). What was reached is then ordered like a region
+/// of hops, whose rings cut a ball into fewer runs than rings of lengths do.
 void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights) {
   constexpr std::uint32_t far = ~std::uint32_t{0};
   distance_.resize(static_cast<std::size_t>(mesh_.count) + 1, far);
@@ -157,7 +160,8 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
     for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)
       ring_low_[ring] = std::min(ring_low_[ring], distance_[order_[i]]);
   }
-  for (int ring = rings() - 2; ring >= 0; --ring) ring_low_[ring] = std::min(ring_low_[ring], ring_low_[ring + 1]);
+  for (int ring = rings() - 2; ring >= 0; --ring)
+    ring_low_[ring] = std::min(ring_low_[ring], ring_low_[ring + 1]);
   for (int v : reached_) distance_[v] = far;
   link_region(weights.of_link.data());
 }

@@ -62,7 +62,7 @@ class Region {
 
   const BallMesh& mesh_;
   std::vector<int> slot_, order_, ring_start_, start_, middle_, outer_, near_, farthest_;
-  std::vector<int> reached_;  ///< while a search by length runs
+  std::vector<int> reached_;             ///< while a search by length runs
   std::vector<std::uint32_t> ring_low_;  ///< no vertex of a ring is nearer to the patch
   std::vector<std::uint32_t> weight_;
   std::vector<OwnCells> own_;

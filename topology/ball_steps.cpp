@@ -226,6 +226,34 @@ void WalkSections(const StepInput& input, SectionSteps* walks, int count) {
   }
 }
 
+int NearVertices(const NearInput& input, const int* low, const int* high, const float* p, float radius,
+                 int most, int* found) {
+  const hn::CappedTag<float, 16> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto x = hn::Set(d, p[0]), y = hn::Set(d, p[1]), z = hn::Set(d, p[2]), r = hn::Set(d, radius);
+  const int step = static_cast<int>(hn::Lanes(d));
+  int count = 0;
+  for (int cell_z = low[2]; cell_z <= high[2]; ++cell_z)
+    for (int cell_y = low[1]; cell_y <= high[1]; ++cell_y) {
+      const std::ptrdiff_t row =
+          (static_cast<std::ptrdiff_t>(cell_z) * input.cells_y + cell_y) * input.cells_x;
+      const int end = input.row_start[row + high[0] + 1];
+      for (int i = input.row_start[row + low[0]]; i < end; i += step) {
+        if (count > most) return -1;
+        const auto dx = hn::Sub(hn::LoadU(d, input.x + i), x), dy = hn::Sub(hn::LoadU(d, input.y + i), y),
+                   dz = hn::Sub(hn::LoadU(d, input.z + i), z);
+        const auto reach = hn::Add(hn::LoadU(d, input.reach + i), r);
+        const auto square = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+        const auto there = hn::FirstN(d, static_cast<std::size_t>(end - i));
+        const auto near = hn::And(there, hn::Le(square, hn::Mul(reach, reach)));
+        const auto near_int = hn::RebindMask(di, near);
+        hn::StoreU(hn::Compress(hn::LoadU(di, input.items + i), near_int), di, found + count);
+        count += static_cast<int>(hn::CountTrue(di, near_int));
+      }
+    }
+  return count > most ? -1 : count;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace geocage::topology
 HWY_AFTER_NAMESPACE();
@@ -234,9 +262,15 @@ HWY_AFTER_NAMESPACE();
 namespace geocage::topology {
 
 HWY_EXPORT(WalkSections);
+HWY_EXPORT(NearVertices);
 
 void walk_sections(const StepInput& input, SectionSteps* walks, int count) {
   HWY_DYNAMIC_DISPATCH(WalkSections)(input, walks, count);
+}
+
+int near_vertices(const NearInput& input, const int* low, const int* high, const float* p, float radius,
+                  int most, int* found) {
+  return HWY_DYNAMIC_DISPATCH(NearVertices)(input, low, high, p, radius, most, found);
 }
 
 double along_u(const CutPlane& plane, const double* points, const int* ends, const CutEnd* places) {

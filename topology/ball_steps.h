@@ -54,6 +54,18 @@ struct StepInput {
 /// Takes all walks to their ends. Two words of masks a slot.
 void walk_sections(const StepInput& input, SectionSteps* walks, int count);
 
+/// Vertices by the cells of a grid, a row of cells along x after the other; coordinates from the grid's
+/// corner. Arrays can be read 16 beyond their ends.
+struct NearInput {
+  const int *row_start, *items;
+  const float *x, *y, *z, *reach;
+  int cells_x, cells_y;
+};
+/// Writes at least all vertices of the cells low .. high whose distance from p is at most `radius` + their
+/// reach, and returns their number; -1 where these cells hold more than `most`. 16 beyond `most` are written.
+int near_vertices(const NearInput& input, const int* low, const int* high, const float* p, float radius,
+                  int most, int* found);
+
 /// Of the cut point on an edge along u, times the same positive number as WalkTip::v.
 double along_u(const CutPlane& plane, const double* points, const int* ends, const CutEnd* places);
 

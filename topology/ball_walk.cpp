@@ -54,12 +54,41 @@ VertexGrid::VertexGrid(const BallMesh& mesh) {
     ++start_[cell_of[v] + 1];
   }
   std::partial_sum(start_.begin(), start_.end(), start_.begin());
-  items_.resize(static_cast<std::size_t>(mesh.count));
+  const auto room = static_cast<std::size_t>(mesh.count) + 16;
+  items_.resize(room);
+  reach_m_.resize(room);
+  for (auto& coordinates : at_m_) coordinates.resize(room);
   std::vector<int> next(start_.begin(), start_.end() - 1);
-  for (int v = 0; v < mesh.count; ++v) items_[next[cell_of[v]]++] = v;
+  // Floats are off by 2^-24 of the extent at each end, and by a few roundings of what they add up to.
+  const double extent = std::max({high[0] - low_[0], high[1] - low_[1], high[2] - low_[2]});
+  for (int v = 0; v < mesh.count; ++v) {
+    const int at = next[cell_of[v]]++;
+    items_[at] = v;
+    for (int i = 0; i < 3; ++i) at_m_[i][at] = static_cast<float>(mesh.position(v)[i] - low_[i]);
+    const double reach = outermost * rounding * mesh.longest_side_m[v] + 1e-6 * extent;
+    reach_m_[at] = static_cast<float>(reach * 1.00001);
+    longest_reach_m_ = std::max(longest_reach_m_, reach);
+  }
 }
 
-SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& axis, const Vec3& source) {
+int VertexGrid::around(const double* p, double radius_m, int* found) const {
+  int low[3], high[3];
+  float at[3];
+  for (int i = 0; i < 3; ++i) {
+    low[i] = cell(i, p[i] - radius_m - longest_reach_m_);
+    high[i] = cell(i, p[i] + radius_m + longest_reach_m_);
+    at[i] = static_cast<float>(p[i] - low_[i]);
+  }
+  const NearInput input{start_.data(),   items_.data(),   at_m_[0].data(), at_m_[1].data(),
+                        at_m_[2].data(), reach_m_.data(), cells_[0],       cells_[1]};
+  return near_vertices(input, low, high, at, static_cast<float>(radius_m * 1.00001), most_found, found);
+}
+
+SectionWalker::SectionWalker(const BallMesh& mesh, const VertexGrid& grid)
+    : mesh_(mesh), grid_(grid), near_(VertexGrid::most_found + 16) {}
+
+SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& axis,
+                                               const Vec3& source) const {
   Vec3 u = axis.cross(Vec3::Unit(std::abs(axis.x()) < 0.6 ? 0 : 1));
   u /= std::sqrt(u.squaredNorm());
   const Vec3 v = axis.cross(u);
@@ -71,7 +100,7 @@ SectionWalker::Plane SectionWalker::make_plane(const Vec3& center, const Vec3& a
     plane.center[i] = center[i];
     plane.source[i] = source[i];
   }
-  plane.offset = plane_offset(axis, center);
+  plane.offset = plane_offset(axis, center, mesh_.mean_edge_m);
   return plane;
 }
 
@@ -215,11 +244,14 @@ void SectionWalker::take_angles(const Walk& walk, CutTask& task) const {
     task.accumulated_rad = std::abs(2 * M_PI * walk.ahead.turns);
     return;
   }
-  const auto direction = [&](const Tip& tip) {
-    return std::atan2(tip.v + 0.0, u_of(walk.plane, tip.ends, tip.places));
-  };
-  task.accumulated_rad = std::abs(direction(walk.ahead) - direction(walk.behind) +
-                                  2 * M_PI * (walk.ahead.turns - walk.behind.turns));
+  const Tip &to = walk.ahead, &from = walk.behind;
+  const double to_u = u_of(walk.plane, to.ends, to.places), from_u = u_of(walk.plane, from.ends, from.places);
+  const double cross = from_u * to.v - from.v * to_u + 0.0, dot = from_u * to_u + from.v * to.v;
+  // Both directions lie in (-pi, pi]: what leads from the lower half to the upper one turns left, and back.
+  double angle = std::atan2(cross, dot);
+  if (to.v >= 0 && from.v < 0 && cross < 0) angle += 2 * M_PI;
+  if (to.v < 0 && from.v >= 0 && cross >= 0) angle -= 2 * M_PI;
+  task.accumulated_rad = std::abs(angle + 2 * M_PI * (to.turns - from.turns));
   task.winding_rad = std::clamp(task.accumulated_rad, M_PI, 2 * M_PI);
 }
 
@@ -243,14 +275,13 @@ double SectionWalker::nearest_noted2(const Walk& walk) const {
 /// Whether no other piece of the section comes as near to the source as the walk. Every triangle that could
 /// hold such a piece has a corner within `outermost` times its longest side of the disc in which the plane
 /// cuts the sphere of that radius around the source.
-bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) const {
+bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) {
   const Plane& plane = walk.plane;
   const double bound2 = nearest_noted2(walk) * rounding;
   const double up = plane_height(plane.axis, plane.offset, plane.source);
   const double foot[3] = {plane.source[0] - up * plane.axis[0], plane.source[1] - up * plane.axis[1],
                           plane.source[2] - up * plane.axis[2]};
   const double disc = std::sqrt(std::max(0.0, bound2 - up * up));
-  const double reach = outermost * rounding;
   const int from = mesh_.half_edges[walk.start].from, to = mesh_.to(walk.start);
   const auto walked = [&](int above, int below) {
     const Crossing key = crossing(above, below);
@@ -272,13 +303,12 @@ bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) const {
     }
     return false;
   };
-  return grid_.around(foot, disc + reach * mesh_.longest_edge_m, [&](int v) {
-    const double* p = &mesh_.points[v].x;
-    const double radius = disc + reach * mesh_.longest_side_m[v];
-    if (square(p[0] - foot[0]) + square(p[1] - foot[1]) + square(p[2] - foot[2]) > radius * radius)
-      return true;
-    return !ball.has(v) || !other_piece(v, height(plane, v) >= 0);
-  });
+  const int near = grid_.around(foot, disc, near_.data());
+  for (int i = 0; i < near; ++i) {
+    const int v = near_[i];
+    if (ball.has(v) && other_piece(v, height(plane, v) >= 0)) return false;
+  }
+  return near >= 0;
 }
 
 double SectionWalker::walk_noting_all(const LaneBall& ball, const Plane& plane, Tip& tip,

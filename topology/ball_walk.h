@@ -30,7 +30,7 @@ struct CutTask {
 /// waits for memory while others go on. Keeps its memory: one for each thread.
 class SectionWalker {
  public:
-  SectionWalker(const BallMesh& mesh, const class VertexGrid& grid) : mesh_(mesh), grid_(grid) {}
+  SectionWalker(const BallMesh& mesh, const class VertexGrid& grid);
   void measure(std::vector<CutTask>& tasks);
 
   int searched_whole = 0;  ///< how often the first piece could not be proved to be the nearest
@@ -45,8 +45,8 @@ class SectionWalker {
     Tip ahead, behind;
   };
 
-  static Plane make_plane(const geometry::Vec3& center, const geometry::Vec3& axis,
-                          const geometry::Vec3& source);
+  Plane make_plane(const geometry::Vec3& center, const geometry::Vec3& axis,
+                   const geometry::Vec3& source) const;
   double height(const Plane& plane, int vertex) const;
   double along_v(const Plane& plane, int vertex) const;
   double u_of(const Plane& plane, const int* ends, const End* places) const {
@@ -65,7 +65,7 @@ class SectionWalker {
   void walk(const std::vector<CutTask>& tasks, Tip Walk::*which);
   void take_angles(const Walk& walk, CutTask& task) const;
   double nearest_noted2(const Walk& walk) const;
-  bool is_nearest(const LaneBall& ball, const Walk& walk) const;
+  bool is_nearest(const LaneBall& ball, const Walk& walk);
   void search_whole(CutTask& task, const Plane& plane);
   double walk_noting_all(const LaneBall& ball, const Plane& plane, Tip& tip,
                          std::vector<Crossing>& all) const;
@@ -75,38 +75,27 @@ class SectionWalker {
   std::vector<Walk> walks_;
   std::vector<SectionSteps> steps_;
   std::vector<char> seen_;  ///< in the queue, while a ball is searched whole
-  std::vector<int> queue_;
+  std::vector<int> queue_, near_;
 };
 
 /// Vertices by the cells of a cubic grid of about two edges' length, at most four cells a vertex.
 class VertexGrid {
  public:
+  static constexpr int most_found = 1000;
   explicit VertexGrid(const BallMesh& mesh);
-  /// Calls `see(vertex)` for at least all vertices within `radius_m` of p, until it returns false.
-  template <class See>
-  bool around(const double* p, double radius_m, const See& see) const {
-    int low[3], high[3];
-    for (int i = 0; i < 3; ++i) {
-      low[i] = cell(i, p[i] - radius_m);
-      high[i] = cell(i, p[i] + radius_m);
-    }
-    for (int z = low[2]; z <= high[2]; ++z)
-      for (int y = low[1]; y <= high[1]; ++y) {
-        const std::ptrdiff_t row = (static_cast<std::ptrdiff_t>(z) * cells_[1] + y) * cells_[0];
-        for (int i = start_[row + low[0]]; i < start_[row + high[0] + 1]; ++i)
-          if (!see(items_[i])) return false;
-      }
-    return true;
-  }
+  /// At least all vertices with a triangle that may come within `radius_m` of p, into `found` (most_found +
+  /// 16 of room), and their number; -1 where these are too many.
+  int around(const double* p, double radius_m, int* found) const;
 
  private:
   int cell(int axis, double x) const {
     const double c = (x - low_[axis]) * per_m_;
     return c <= 0 ? 0 : c >= cells_[axis] ? cells_[axis] - 1 : static_cast<int>(c);
   }
-  double low_[3], per_m_;
+  double low_[3], per_m_, longest_reach_m_ = 0;
   int cells_[3];
   std::vector<int> start_, items_;
+  std::vector<float> at_m_[3], reach_m_;  ///< of the items, from the grid's corner
 };
 
 }  // namespace geocage::topology

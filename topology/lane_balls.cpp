@@ -379,6 +379,7 @@ class PatchBalls {
     Vec3 axis(axes_.axis[0][l], axes_.axis[1][l], axes_.axis[2][l]);
     if (alone || axes_.state[l] == LaneAxes::none) return;
     if (axes_.state[l] == LaneAxes::unsure && !solve_axis(sum, mean, axis)) return;
+    axis = directed(axis);
     out.axis[v] = axis;
     if (!job_.options.winding) return;
     const LaneBall ball{region_.slot(), masks_[q].data() + l / 64, std::uint64_t{1} << (l % 64)};

@@ -4,6 +4,7 @@
 
 #include "geometry/mesh.h"
 #include "topology/polyline.h"
+#include "topology/section.h"
 
 namespace geocage::topology {
 
@@ -32,13 +33,14 @@ struct SurfaceLoop {
 std::vector<SurfaceLoop> handle_loops(const geometry::TriangleMesh& mesh);
 
 /// Where the plane through `center` with unit normal `axis` cuts the whole surface: the closed curve that
-/// comes nearest to p. Nothing when the plane misses the surface. O(F). Precondition: closed manifold.
-std::optional<SurfaceLoop> section_loop(const geometry::TriangleMesh& mesh, const Vec3& p, const Vec3& center,
-                                        const Vec3& axis);
+/// comes nearest to p. Nothing when the plane misses the surface. `edges` are the mesh's. O(F). Precondition:
+/// closed manifold.
+std::optional<SurfaceLoop> section_loop(const geometry::TriangleMesh& mesh, const NumberedEdges& edges,
+                                        const Vec3& p, const Vec3& center, const Vec3& axis);
 
 /// That curve pulled tight: the neck that a ring through the plane would slip into and stay. Nothing where it
 /// slips off, which it does on everything that has no neck.
-std::optional<SurfaceLoop> neck_loop(const geometry::TriangleMesh& mesh, const Vec3& p, const Vec3& center,
-                                     const Vec3& axis);
+std::optional<SurfaceLoop> neck_loop(const geometry::TriangleMesh& mesh, const NumberedEdges& edges,
+                                     const Vec3& p, const Vec3& center, const Vec3& axis);
 
 }  // namespace geocage::topology

@@ -170,7 +170,7 @@ class Measurer {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
     const Vec3 values = solver.eigenvalues();  // ascending
     const bool dominant = values[2] > 0 && values[2] >= options_.eigenvalue_ratio_guard * values[1];
-    out.axis[source] = dominant ? Vec3(solver.eigenvectors().col(2)) : Vec3::Zero();
+    out.axis[source] = dominant ? directed(solver.eigenvectors().col(2)) : Vec3::Zero();
     return dominant;
   }
 

@@ -44,6 +44,7 @@ json to_json(const Candidate& c) {
           {"axis", triple(c.axis_O)},
           {"com_offset_m", c.com_offset_m},
           {"ring_length_m", number(c.ring_length_m)},
+          {"neck_length_m", number(c.neck_length_m)},
           {"beside_winding_angle_rad", number(c.beside_winding_angle_rad)},
           {"beside_curvature_sum_rad", number(c.beside_curvature_sum_rad)}};
 }
@@ -62,6 +63,7 @@ Candidate candidate_of(const json& c) {
           .axis_O = vector(c["axis"]),
           .com_offset_m = c["com_offset_m"],
           .ring_length_m = number(c["ring_length_m"]),
+          .neck_length_m = number(c["neck_length_m"]),
           .beside_winding_angle_rad = number(c["beside_winding_angle_rad"]),
           .beside_curvature_sum_rad = number(c["beside_curvature_sum_rad"])};
 }

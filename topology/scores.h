@@ -19,7 +19,10 @@ struct Candidate {
   /// the loop's mean and the direction of what runs through it.
   Vec3 center_O = Vec3::Zero(), axis_O = Vec3::Zero();
   double com_offset_m = 0;  ///< of the centre of mass from the line p - t n
-  double ring_length_m = std::numeric_limits<double>::quiet_NaN();  ///< of the loop; NaN but for "loops"
+  /// Of the loop, or of the closed curve in which the ball's plane cuts the surface; NaN where there is none.
+  double ring_length_m = std::numeric_limits<double>::quiet_NaN();
+  /// Of that curve pulled tight: the neck that a closed hand slips into and stays; NaN where it slips off.
+  double neck_length_m = std::numeric_limits<double>::quiet_NaN();
   /// The same vertex's ball by the other metric; NaN where that was not asked for.
   double beside_winding_angle_rad = std::numeric_limits<double>::quiet_NaN();
   double beside_curvature_sum_rad = std::numeric_limits<double>::quiet_NaN();

@@ -49,7 +49,7 @@ NumberedEdges::NumberedEdges(const geometry::TriangleMesh& mesh) {
 void Cutter::find_points(const std::vector<int>& triangles, const Vec3& center, const Vec3& axis) {
   for (const CutPoint& point : points_) known_[point.edge] = -1;
   points_.clear();
-  const double offset = plane_offset(axis, center);
+  const double offset = plane_offset(axis, center, mean_edge_m_);
   for (int f : triangles) {
     const auto& t = mesh_.triangles[f];
     std::array<double, 3> h;
@@ -115,7 +115,7 @@ Section along_edges(const Section& section, const geometry::TriangleMesh& mesh, 
                     const Vec3& axis) {
   Section along;
   along.closed = section.closed;
-  const double offset = plane_offset(axis, center);
+  const double offset = plane_height(axis.data(), 0, center.data());
   int last = -1;
   for (const auto& [above, below] : section.edges) {
     const double up = plane_height(axis.data(), offset, mesh.vertices[above].data());

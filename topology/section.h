@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "geometry/mesh.h"
@@ -28,15 +29,26 @@ struct Section {
 inline double plane_height(const double* axis, double offset, const double* p) {
   return axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2] - offset;
 }
-inline double plane_offset(const Vec3& axis, const Vec3& center) {
-  return plane_height(axis.data(), 0, center.data());
+/// 1e-11 of the mesh's mean edge below the centre, which is more than rounding: of a ball that is symmetric,
+/// the centre can be a vertex, and rounding would decide which way the section goes round it.
+inline double plane_offset(const Vec3& axis, const Vec3& center, double mean_edge_m) {
+  return plane_height(axis.data(), 1e-11 * mean_edge_m, center.data());
+}
+/// Of an axis' two directions the one whose first component beyond a half is positive, for the same reason.
+inline Vec3 directed(const Vec3& axis) {
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(axis[i]) > 0.5) return axis[i] < 0 ? Vec3(-axis) : axis;
+  return axis;
 }
 
 /// Cuts triangles of a mesh with planes. Keeps its memory between cuts: one for each thread.
 class Cutter {
  public:
   Cutter(const geometry::TriangleMesh& mesh, const NumberedEdges& edges)
-      : mesh_(mesh), edges_(edges), known_(static_cast<std::size_t>(edges.count), -1) {}
+      : mesh_(mesh),
+        edges_(edges),
+        mean_edge_m_(mean_edge_m(mesh)),
+        known_(static_cast<std::size_t>(edges.count), -1) {}
 
   /// The plane goes through `center` with unit normal `axis`; of the cut, the connected piece that comes
   /// nearest to p. Empty when the plane meets no triangle. A vertex on the plane counts as above it.
@@ -57,6 +69,7 @@ class Cutter {
 
   const geometry::TriangleMesh& mesh_;
   const NumberedEdges& edges_;
+  const double mean_edge_m_;
   std::vector<CutPoint> points_;
   std::vector<int> known_;  ///< edge -> its cut point, or -1
   std::vector<char> taken_;

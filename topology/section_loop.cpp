@@ -73,17 +73,15 @@ class PlaneCut {
 
 }  // namespace
 
-std::optional<SurfaceLoop> section_loop(const TriangleMesh& mesh, const Vec3& p, const Vec3& center,
-                                        const Vec3& axis) {
-  const NumberedEdges edges(mesh);
+std::optional<SurfaceLoop> section_loop(const TriangleMesh& mesh, const NumberedEdges& edges, const Vec3& p,
+                                        const Vec3& center, const Vec3& axis) {
   const auto string = PlaneCut(mesh, edges, center, axis).nearest(p);
   if (string.empty()) return std::nullopt;
   return loop_of(mesh, string);
 }
 
-std::optional<SurfaceLoop> neck_loop(const TriangleMesh& mesh, const Vec3& p, const Vec3& center,
-                                     const Vec3& axis) {
-  const NumberedEdges edges(mesh);
+std::optional<SurfaceLoop> neck_loop(const TriangleMesh& mesh, const NumberedEdges& edges, const Vec3& p,
+                                     const Vec3& center, const Vec3& axis) {
   const auto string = pull_tight(mesh, edges, PlaneCut(mesh, edges, center, axis).nearest(p));
   if (string.empty()) return std::nullopt;
   return loop_of(mesh, string);

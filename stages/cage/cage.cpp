@@ -7,7 +7,6 @@
 #include "physics/cage_trial.h"
 #include "physics/force_trial.h"
 #include "physics/locked_hand.h"
-#include "physics/survival.h"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -169,9 +168,9 @@ std::vector<CageWrench> wrenches_of(const Locked& locked, const CageParams& para
       wrench.errors += trial.outcome == Outcome::error;
       lives.push_back({trial.ended_s, trial.outcome == Outcome::lost});
     }
-    const auto curve = physics::survival(lives);
-    wrench.survival = physics::share_at(curve, protocol.wrench_s);
-    wrench.mean_held_s = physics::mean_held_s(curve, protocol.wrench_s);
+    wrench.curve = physics::survival(lives);
+    wrench.survival = physics::share_at(wrench.curve, protocol.wrench_s);
+    wrench.mean_held_s = physics::mean_held_s(wrench.curve, protocol.wrench_s);
   }
   return all;
 }
@@ -267,7 +266,7 @@ void CageParams::visit(pipeline::Fields& f) {
   f("damping_s", damping_s, {0, 1e3}, "velocities shrink by exp(-t / damping_s); 0: they do not");
   f("step_s", step_s, {1e-5, 0.01}, "longest time step");
   f("control_grasps", control_grasps, {1, 1e6},
-    "grasps repeated with open fingers and with the hand 1 m away");
+    "grasps repeated with the hand 1 m away, with open fingers, and with random ones");
   f("self_check_trials", self_check_trials, {0, 1e6},
     "trials repeated at half the step and with twice the iterations");
   f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose trials are kept for playback");
@@ -317,12 +316,13 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     add(*locked[i], true);
   }
   const std::size_t controls = std::min<std::size_t>(postures.size(), params.control_grasps);
-  std::vector<Locked> far, open;
+  std::vector<Locked> far, open, random;
   for (std::size_t i = 0; i < controls; ++i) {
     far.push_back(lock(physics::far_posture(hand, postures[i])));
     open.push_back(lock(physics::open_posture(hand, field, grasps.grasps[i])));
+    random.push_back(lock(physics::random_posture(hand, field, postures[i], params.seed, i)));
   }
-  for (auto* hands : {&far, &open})
+  for (auto* hands : {&far, &open, &random})
     for (Locked& one : *hands) add(one, false);
 
   std::vector<std::vector<physics::Loosening>> loosened(postures.size());
@@ -352,9 +352,10 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     }
   all.self_check = checked(locked, params, body);
   all.recordings = recorded(locked, postures, grasps, hand, params, body);
-  std::vector<Locked*> fars, opens;
+  std::vector<Locked*> fars, opens, randoms;
   for (Locked& one : far) fars.push_back(&one);
   for (Locked& one : open) opens.push_back(&one);
+  for (Locked& one : random) randoms.push_back(&one);
   all.controls = physics::known_cages(protocol, params.wrench_seeds);
   all.controls.push_back(
       control("hand 1 m away, pulls", Control::Rule::no_trial_holds, fars, TrialKind::pull));
@@ -363,6 +364,9 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   all.controls.push_back(control("open hand, pulls", Control::Rule::no_grasp_passes, opens, TrialKind::pull));
   all.controls.push_back(
       control("open hand, wrenches", Control::Rule::no_trial_holds, opens, TrialKind::wrench));
+  all.controls.push_back(control("random fingers, pulls", Control::Rule::reported, randoms, TrialKind::pull));
+  all.controls.push_back(
+      control("random fingers, wrenches", Control::Rule::reported, randoms, TrialKind::wrench));
   report(all, run);
   return all;
 }

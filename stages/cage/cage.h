@@ -12,6 +12,7 @@
 #include "physics/outcome.h"
 #include "physics/recording.h"
 #include "physics/self_check.h"
+#include "physics/survival.h"
 #include <nlohmann/json_fwd.hpp>
 
 #include "geometry/distance_field.h"
@@ -49,6 +50,7 @@ struct CageWrench {
   int trials = 0, lost = 0, errors = 0;
   double survival = 0;     ///< Kaplan-Meier share still held at the end
   double mean_held_s = 0;  ///< of at most the length of a trial
+  std::vector<physics::SurvivalStep> curve;
 };
 
 /// One grasp, fingers locked, no friction.
@@ -93,7 +95,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 5, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 6, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

@@ -67,21 +67,33 @@ EscapeSearch search_from(const json& entry) {
 
 json wrenches_json(const std::vector<CageWrench>& wrenches) {
   json list = json::array();
-  for (const CageWrench& wrench : wrenches)
+  for (const CageWrench& wrench : wrenches) {
+    json curve = json::array();
+    for (const physics::SurvivalStep& step : wrench.curve) curve.push_back({step.time_s, step.share});
     list.push_back({{"amplitude_weights", wrench.amplitude},
                     {"trials", wrench.trials},
                     {"lost", wrench.lost},
                     {"errors", wrench.errors},
                     {"survival", wrench.survival},
-                    {"mean_held_s", wrench.mean_held_s}});
+                    {"mean_held_s", wrench.mean_held_s},
+                    {"curve_s_share", curve}});
+  }
   return list;
 }
 
 std::vector<CageWrench> wrenches_from(const json& list) {
   std::vector<CageWrench> wrenches;
-  for (const json& entry : list)
-    wrenches.push_back({entry.at("amplitude_weights"), entry.at("trials"), entry.at("lost"),
-                        entry.at("errors"), entry.at("survival"), entry.at("mean_held_s")});
+  for (const json& entry : list) {
+    wrenches.push_back({entry.at("amplitude_weights"),
+                        entry.at("trials"),
+                        entry.at("lost"),
+                        entry.at("errors"),
+                        entry.at("survival"),
+                        entry.at("mean_held_s"),
+                        {}});
+    for (const json& step : entry.at("curve_s_share"))
+      wrenches.back().curve.push_back({step.at(0), step.at(1)});
+  }
   return wrenches;
 }
 

@@ -31,6 +31,8 @@ void PlaceParams::visit(pipeline::Fields& fields) {
          "spread 0 for rings and long balls (variances 2 : 1), 0.5 for others, in place of the list");
   fields("opening_step_rad", opening_step_rad, {0.01, 1},
          "how much a hand that collides is opened at a time");
+  fields("max_opening_rad", max_opening_rad, {0, 3.2},
+         "how much at most; 0: it stays as its description opens it");
   fields("open_clearance_m", open_clearance_m, {0, 0.1}, "free space around the open hand");
   fields("local_samples", local_samples, {0, 100000},
          "poses drawn around each candidate's lines; 0: none, 150: a search");

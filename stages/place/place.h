@@ -22,7 +22,7 @@ struct PlaceParams {
   int rolls_winding = 2, rolls_curvature = 4;
   std::vector<double> spreads_rad = {0, 0.5};
   bool spread_by_shape = false;
-  double opening_step_rad = 0.1;
+  double opening_step_rad = 0.1, max_opening_rad = 3.2;
   double open_clearance_m = 0.002;
   int local_samples = 0;
   double local_offset_m = 0.015, local_tilt_rad = 0.35;

@@ -126,7 +126,8 @@ std::optional<Pose> PoseSearch::first_contact(const PoseChoice& choice) const {
   return X_OH;
 }
 
-/// The open posture, its first joints opened further until the whole hand is free.
+/// The open posture, its first joints opened further, as far as that is allowed, until the whole hand is
+/// free.
 std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, const PoseChoice& choice) const {
   const auto& tree = hand_.tree;
   Eigen::VectorXd q = hand_.open_rad;
@@ -143,10 +144,10 @@ std::optional<Eigen::VectorXd> PoseSearch::free_preshape(const Pose& X_OH, const
     return q != before;
   };
   if (choice.opened_rad != 0) open(choice.opened_rad);
-  do {
-    if (is_free(X_OH, q)) return q;
-  } while (open(params_.opening_step_rad));
-  return std::nullopt;
+  for (double opened_rad = params_.opening_step_rad; !is_free(X_OH, q);
+       opened_rad += params_.opening_step_rad)
+    if (opened_rad > params_.max_opening_rad || !open(params_.opening_step_rad)) return std::nullopt;
+  return q;
 }
 
 bool PoseSearch::is_free(const Pose& X_OH, const Eigen::VectorXd& q) const {

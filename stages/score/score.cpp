@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <queue>
 #include <random>
 
@@ -35,6 +36,7 @@ void ScoreParams::visit(pipeline::Fields& f) {
   f("winding_min_rad", winding_min_rad, {0, 7}, "winding candidates have at least this winding angle");
   f("winding_max_rad", winding_max_rad, {0, 7}, "and at most this one");
   f("beside", beside, {"none", "hop", "dijkstra"}, "metric of a second ball, reported beside the ranked one");
+  f("necks", necks, "rings of winding candidates are pulled tight over the surface, too");
   f("seed", seed, "of the random candidates");
 }
 
@@ -210,11 +212,17 @@ void add_by_field(const ScoreParams& params, pipeline::Run& run, const Bodies& b
                   std::vector<Candidate>& candidates) {
   const auto ranked = ranking(values, body.offsets, params.com_offset_m);
   const auto chosen = choose(params, body.mesh, body.neighbours, ranked);
+  std::optional<topology::NumberedEdges> edges;
   for (int v : chosen.vertices) {
     Candidate c = body.candidate(v, heuristic, values[v]);
-    if (heuristic == "winding" && c.winding_angle_rad == 2 * M_PI)
-      if (const auto ring = topology::section_loop(body.mesh, c.p_O, c.center_O, c.axis_O))
+    if (heuristic == "winding" && c.winding_angle_rad == 2 * M_PI) {
+      if (!edges) edges.emplace(body.mesh);
+      if (const auto ring = topology::section_loop(body.mesh, *edges, c.p_O, c.center_O, c.axis_O))
         c.ring_length_m = ring->length_m;
+      if (params.necks)
+        if (const auto neck = topology::neck_loop(body.mesh, *edges, c.p_O, c.center_O, c.axis_O))
+          c.neck_length_m = neck->length_m;
+    }
     candidates.push_back(std::move(c));
   }
   run.metric(heuristic + "_eligible", static_cast<double>(ranked.near));

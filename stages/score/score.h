@@ -14,6 +14,7 @@ struct ScoreParams {
   double most_share = 0.5;
   double winding_min_rad = 0, winding_max_rad = 7;  // neutral: winding angles lie in [pi, 2 pi]
   std::string beside = "none";
+  bool necks = false;
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };
@@ -24,6 +25,6 @@ struct ScoreParams {
 topology::Scores score(const ScoreParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh,
                        const topology::BallSet& balls);
 
-inline constexpr pipeline::Stage score_stage{"score", 4, &score};
+inline constexpr pipeline::Stage score_stage{"score", 5, &score};
 
 }  // namespace geocage::stages

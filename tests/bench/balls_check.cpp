@@ -71,7 +71,7 @@ int main(int count, char** arguments) {
       const int found = differences(mesh, share * check_mesh(mesh).diagonal_m(), metric, angles);
       fmt::print("{} {}: {} vertices, {} differ, {} winding angles\n", name,
                  metric == topology::Metric::hop ? "hop" : "dijkstra", mesh.vertices.size(), found, angles);
-      all += found;
+      all += found + angles;
     }
   return all > 0;
 }

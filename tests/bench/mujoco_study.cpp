@@ -334,7 +334,7 @@ int main(int argc, char** argv) {
     if (key == "--tier")
       tier = value;
     else if (key == "--part-mm")
-      settings.parts.tolerance_m = 1e-3 * std::stod(value);
+      settings.parts = geocage::physics::parts_within(1e-3 * std::stod(value));
     else if (key == "--mujoco-dt")
       settings.mujoco.dt_s = std::stod(value), settings.mujoco.contact_s = 2 * settings.mujoco.dt_s;
     else if (key == "--ways")

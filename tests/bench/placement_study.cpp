@@ -1,19 +1,26 @@
 // Which centres and which poses make a closed hand cage? For every mesh of a folder:
 //   placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] [--only a,b,c]
-//   [--skip a,b,c] [--hold-out a,b,c]
+//   [--skip a,b,c] [--hold-out a,b,c] [--groups a,b,c] [--rules on|off] [--pulls on|off]
 // Groups of centres (winding, curvature, random, ties, windows of S1, girths of rings, some with and without
 // the centre-of-mass rule) get the same budget: N centres, and for each 2 approaches x 4 rolls x 2 gaps x 2
-// spreads, or N poses of a local search. One CSV line a centre; the summary on stdout has Wilson intervals
-// over centres and paired differences over objects (bootstrap of centres inside objects). Outcomes are
-// distance queries: blk, the share of 42 straight ways out that are blocked. With objects held out, the
-// window or girth that beats random by most on the others is named, and told only for them.
+// spreads, or N poses of a local search. Without the rules the hand comes nearly palm-flush (2 and 15 mm), is
+// not opened further, closes all joints together, and two fingers suffice. One CSV line a centre; the summary
+// on stdout has Wilson intervals over centres and paired differences over objects (bootstrap of centres
+// inside objects). Outcomes are distance queries: blk, the share of 42 straight ways out that are blocked.
+// With pulls, a random valid pose of each centre and its best by rank are also locked and pulled without
+// friction (physics/cage_trial.h). With objects held out, the window or girth that beats random by most on
+// the others is named, and told only for them.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <random>
 #include <sstream>
+
+#include "physics/escape_test.h"
+#include "physics/protocols.h"
 
 #include "pipeline/error.h"
 #include "reports/statistics.h"
@@ -21,6 +28,7 @@
 #include "stages/place/place.h"
 #include "stages/remesh/remesh.h"
 #include "tests/bench/placement_centres.h"
+#include "tests/bench/placement_pulls.h"
 #include "tests/bench/study_objects.h"
 
 namespace geocage::bench {
@@ -30,7 +38,8 @@ struct Options {
   std::string folder, csv, hand = "schunk_sdh";
   double radius_m = 0.06;
   int centres = 24, local = 0;
-  std::vector<std::string> only, skip, hold_out;
+  bool rules = true, pulls = false;
+  std::vector<std::string> only, skip, hold_out, groups;
 };
 
 /// What the poses of one centre came to.
@@ -40,14 +49,16 @@ struct Centre {
   int poses = 0, valid = 0, full = 0;  ///< full: all ways out blocked
   int sure = 0;                        ///< all blocked, with a closure margin of 0.2 at least
   double best_blocked = 0, best_rank = -1, mean_blocked = 0;  ///< mean over all poses, invalid ones 0
+  Kept drawn, best;  ///< by a random valid pose, and by the one of the best rank
 };
 
 Options read_options(int argc, char** argv) {
   Options options;
   if (argc < 3) {
-    std::fprintf(stderr,
-                 "placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] "
-                 "[--only a,b] [--skip a,b] [--hold-out a,b]\n");
+    std::fprintf(
+        stderr,
+        "placement_study FOLDER OUT.csv [--hand NAME] [--radius M] [--centres N] [--local N] "
+        "[--only a,b] [--skip a,b] [--hold-out a,b] [--groups a,b] [--rules on|off] [--pulls on|off]\n");
     std::exit(2);
   }
   options.folder = argv[1];
@@ -68,6 +79,12 @@ Options read_options(int argc, char** argv) {
       options.skip = split(value);
     else if (key == "--hold-out")
       options.hold_out = split(value);
+    else if (key == "--groups")
+      options.groups = split(value);
+    else if (key == "--rules")
+      options.rules = value != "off";
+    else if (key == "--pulls")
+      options.pulls = value == "on";
     else
       std::fprintf(stderr, "unknown option %s\n", key.c_str()), std::exit(2);
   }
@@ -112,6 +129,12 @@ stages::PlaceParams budget(const Options& options) {
     params.spreads_rad = {0};
     params.local_samples = options.local;
   }
+  if (!options.rules) {
+    params.gaps_m = {0.002, 0.015};
+    params.max_opening_rad = 0;
+    params.closing_order = "together";
+    params.min_fingers = 2;
+  }
   return params;
 }
 
@@ -123,6 +146,19 @@ void add(Centre& centre, const hands::Grasp& grasp, int poses) {
   centre.best_blocked = std::max(centre.best_blocked, blocked);
   centre.best_rank = std::max(centre.best_rank, grasp.scores.at("rank"));
   centre.mean_blocked += blocked / poses;
+}
+
+bool has(const std::vector<std::string>& list, const std::string& name) {
+  return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+/// `of_one`: the valid poses of a centre, best first.
+void pull(Centre& centre, const std::vector<const hands::Grasp*>& of_one, const hands::Hand& hand,
+          const physics::ObjectBody& body, double radius_m) {
+  if (of_one.empty()) return;
+  std::mt19937_64 random(static_cast<std::uint64_t>(centre.candidate.vertex));
+  centre.best = kept_by(hand, *of_one.front(), body, radius_m);
+  centre.drawn = kept_by(hand, *of_one[random() % of_one.size()], body, radius_m);
 }
 
 std::vector<Centre> study(const Options& options, const std::string& name,
@@ -139,8 +175,11 @@ std::vector<Centre> study(const Options& options, const std::string& name,
               saturated_share(scores.ball), share);
   const auto field = geometry::build_distance_field(original, {.cells = 64, .pad_m = 0.04, .refine = 3});
   const auto params = budget(options);
+  std::optional<physics::ObjectBody> body;
+  if (options.pulls) body = physics::solid_body(original, field, physics::CageProtocol{}.mass_kg);
   std::vector<Centre> centres;
   for (const Group& group : groups()) {
+    if (!options.groups.empty() && !has(options.groups, group.name())) continue;
     scores.candidates = centres_of(group, scores.mesh, all_balls, options.centres, 11);
     pipeline::Run group_run;
     const auto set = stages::place(params, group_run, scores, field, {}, {}, hand);
@@ -153,8 +192,16 @@ std::vector<Centre> study(const Options& options, const std::string& name,
       centres.push_back({name, group.name(), candidate});
       centres.back().poses = poses;
     }
-    for (const auto& grasp : set.grasps)
-      add(centres[first + static_cast<std::size_t>(grasp.scores.at("candidate"))], grasp, poses);
+    std::vector<std::vector<const hands::Grasp*>> valid(scores.candidates.size());
+    for (const auto& grasp : set.grasps) {
+      const auto i = static_cast<std::size_t>(grasp.scores.at("candidate"));
+      add(centres[first + i], grasp, poses);
+      valid[i].push_back(&grasp);
+    }
+    if (!body) continue;
+    const double radius_m = physics::radius_about_m(original, body->X_OB.translation());
+#pragma omp parallel for schedule(dynamic, 1)
+    for (std::size_t i = 0; i < valid.size(); ++i) pull(centres[first + i], valid[i], hand, *body, radius_m);
   }
   return centres;
 }
@@ -175,7 +222,8 @@ double mean(const std::vector<double>& values) {
   return sum;
 }
 
-/// Mean over objects of the difference of two groups' means, with a 95 % bootstrap of centres inside objects.
+/// Mean over objects of the difference of two groups' means, with a 95 % bootstrap of centres inside objects;
+/// without a control, of the group's mean.
 struct Difference {
   double mean = 0, low = 0, high = 0;
   int objects = 0;
@@ -195,10 +243,10 @@ Difference difference(const std::vector<Centre>& centres, const std::string& gro
   std::vector<double> draws(2000, 0.0);
   for (const auto& [object, values] : a) {
     const auto other = b.find(object);
-    if (other == b.end()) continue;
+    if (other == b.end() && !control.empty()) continue;
     ++found.objects;
-    found.mean += mean(values) - mean(other->second);
-    for (double& draw : draws) draw += redrawn(values) - redrawn(other->second);
+    found.mean += mean(values) - (control.empty() ? 0 : mean(other->second));
+    for (double& draw : draws) draw += redrawn(values) - (control.empty() ? 0 : redrawn(other->second));
   }
   if (found.objects == 0) return found;
   std::sort(draws.begin(), draws.end());
@@ -229,10 +277,6 @@ double is_sure(const Centre& c) {
 }
 double share_full(const Centre& c) {
   return any_of_all(c.full, c);
-}
-
-bool has(const std::vector<std::string>& list, const std::string& name) {
-  return std::find(list.begin(), list.end(), name) != list.end();
 }
 
 std::vector<Centre> of_objects(const std::vector<Centre>& centres, const std::vector<std::string>& names,
@@ -342,17 +386,45 @@ void print_summary(const std::vector<Centre>& centres) {
   std::printf("\n");
 }
 
+/// What a random valid pose and the best one keep, and the difference centre by centre.
+void print_pulls(const std::vector<Centre>& centres) {
+  std::printf(
+      "\n| group | pulls kept: random pose | best | best - random | all six | ring: random pose | best |\n"
+      "|---|---|---|---|---|---|---|\n");
+  for (const Group& group : groups()) {
+    int n = 0, drawn_six = 0, best_six = 0, drawn_ring = 0, best_ring = 0;
+    for (const Centre& c : centres)
+      if (c.group == group.name()) {
+        ++n, drawn_six += c.drawn.pulls == 6, best_six += c.best.pulls == 6;
+        drawn_ring += c.drawn.ring == 4, best_ring += c.best.ring == 4;
+      }
+    if (n == 0) continue;
+    std::printf("| %s |", group.name().c_str());
+    for (Outcome outcome : {Outcome([](const Centre& c) { return c.drawn.pulls / 6.0; }),
+                            Outcome([](const Centre& c) { return c.best.pulls / 6.0; }),
+                            Outcome([](const Centre& c) { return (c.best.pulls - c.drawn.pulls) / 6.0; })})
+      print(difference(centres, group.name(), "", outcome));
+    std::printf(" %d, %d of %d |", drawn_six, best_six, n);
+    for (int k : {drawn_ring, best_ring}) {
+      const auto p = reports::wilson(k, n);
+      std::printf(" %d = %.0f %% [%.0f, %.0f] |", k, 100 * p.share, 100 * p.low, 100 * p.high);
+    }
+    std::printf("\n");
+  }
+}
+
 void write_csv(const std::vector<Centre>& centres, const std::string& file) {
   FILE* out = std::fopen(file.c_str(), "w");
   if (!out) return std::perror(file.c_str());
   std::fprintf(
       out,
       "object,group,vertex,winding_angle_rad,curvature_sum_rad,poses,valid,all_blocked,sure,best_blocked,"
-      "best_rank,mean_blocked\n");
+      "best_rank,mean_blocked,drawn_pulls,best_pulls,drawn_ring,best_ring\n");
   for (const Centre& c : centres)
-    std::fprintf(out, "%s,%s,%d,%.4f,%.4f,%d,%d,%d,%d,%.4f,%.4f,%.4f\n", c.object.c_str(), c.group.c_str(),
-                 c.candidate.vertex, c.candidate.winding_angle_rad, c.candidate.curvature_sum_rad, c.poses,
-                 c.valid, c.full, c.sure, c.best_blocked, c.best_rank, c.mean_blocked);
+    std::fprintf(out, "%s,%s,%d,%.4f,%.4f,%d,%d,%d,%d,%.4f,%.4f,%.4f,%d,%d,%d,%d\n", c.object.c_str(),
+                 c.group.c_str(), c.candidate.vertex, c.candidate.winding_angle_rad,
+                 c.candidate.curvature_sum_rad, c.poses, c.valid, c.full, c.sure, c.best_blocked, c.best_rank,
+                 c.mean_blocked, c.drawn.pulls, c.best.pulls, c.drawn.ring, c.best.ring);
   std::fclose(out);
 }
 
@@ -376,6 +448,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
   print_summary(centres);
+  if (options.pulls) print_pulls(centres);
   if (!options.hold_out.empty()) print_held_out(centres, options.hold_out);
   write_csv(centres, options.csv);
   return 0;

@@ -1,6 +1,6 @@
 // Do the shapes that physics sees keep the mesh's size and holes? For every mesh of a folder, its distance
 // field and its convex parts:
-//   shape_study FOLDER|MESH [PART_MM]   (0: the field alone)
+//   shape_study FOLDER|MESH [PART_MM]   (0: the field alone; halved where parts would lose handles)
 // chi is of the solid: half of the mesh's V - E + F, and of the voxels of 0.5 mm inside (1 mm closes gaps of
 // hammer and pitcher: rays, which know nothing of the field, say the same there). The field's error is
 // against CGAL's exact distance at points within 5 mm of the surface, on both sides; what parts have outside
@@ -51,24 +51,20 @@ struct Outline {
   double excess_m = 0, left_out_m = 0;
 };
 
-Outline outline(const Eigen::AlignedBox3d& box, const geometry::SignedDistanceField& field,
+Outline outline(Eigen::AlignedBox3d box, const geometry::SignedDistanceField& field,
                 const std::vector<physics::ConvexPart>& parts) {
   constexpr double step = 0.5e-3;
+  box.min() -= Vec3::Constant(2e-3), box.max() += Vec3::Constant(2e-3);
+  const Eigen::Array3i n = physics::lattice_of(box, step);
+  const std::vector<bool> covered = physics::covered_points(box, step, parts);
   Outline seen;
-  std::vector<Eigen::AlignedBox3d> boxes(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    for (const Vec3& p : parts[i].vertices_O) boxes[i].extend(p);
-  for (double z = box.min().z() - 2e-3; z < box.max().z() + 2e-3; z += step)
-    for (double y = box.min().y() - 2e-3; y < box.max().y() + 2e-3; y += step)
-      for (double x = box.min().x() - 2e-3; x < box.max().x() + 2e-3; x += step) {
-        const Vec3 p(x, y, z);
-        const double value = field.value(p);
-        if (value >= 0 ? value <= seen.excess_m : -value <= seen.left_out_m) continue;
-        bool covered = false;
-        for (std::size_t i = 0; i < parts.size() && !covered; ++i)
-          covered = boxes[i].contains(p) && parts[i].contains(p, 1e-9);
-        if (value > 0 && covered) seen.excess_m = value;
-        if (value < 0 && !covered) seen.left_out_m = -value;
+  std::size_t i = 0;
+  for (int z = 0; z < n.z(); ++z)
+    for (int y = 0; y < n.y(); ++y)
+      for (int x = 0; x < n.x(); ++x, ++i) {
+        const double value = field.value(box.min() + step * Vec3(x + 0.5, y + 0.5, z + 0.5));
+        double& worst = covered[i] ? seen.excess_m : seen.left_out_m;
+        worst = std::max(worst, covered[i] ? value : -value);
       }
   return seen;
 }
@@ -81,14 +77,14 @@ int main(int argc, char** argv) {
   namespace geometry = geocage::geometry;
   namespace physics = geocage::physics;
   if (argc < 2) return std::fprintf(stderr, "shape_study FOLDER|MESH [PART_MM]\n"), 2;
-  physics::ConvexPartsRule rule;
-  if (argc > 2) rule.tolerance_m = 1e-3 * std::atof(argv[2]);
+  const double tolerance_m = argc > 2 ? 1e-3 * std::atof(argv[2]) : 0;
   std::printf(
-      "| object | chi | field: chi, pieces | worst mm outside, inside | parts | s | chi, pieces | outside mm "
+      "| object | chi | field: chi, pieces | worst mm outside, inside | tolerance mm | parts | s | chi, "
+      "pieces | outside mm "
       "| "
       "left out mm | "
       "volume %% "
-      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [name, mesh] : objects_of(argv[1])) {
     geocage::pipeline::Run run;
     const auto field = geocage::stages::field({}, run, mesh);
@@ -99,17 +95,18 @@ int main(int argc, char** argv) {
     constexpr double voxel_m = 5e-4;
     const auto of_field =
         physics::voxel_shape(box, voxel_m, [&](const geometry::Vec3& p) { return field.value(p) < 0; });
-    std::vector<physics::ConvexPart> parts;
+    physics::FaithfulParts faithful;
     const std::clock_t start = std::clock();
-    if (rule.tolerance_m > 0) parts = physics::convex_parts(mesh, field, rule);
+    if (tolerance_m > 0) faithful = physics::faithful_parts(mesh, field, tolerance_m, voxel_m);
+    const auto& parts = faithful.parts;
     const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     const auto of_parts = physics::voxel_shape(box, voxel_m, parts);
     const Outline seen = parts.empty() ? Outline{} : outline(box, field, parts);
     const Errors worst = errors(mesh, field);
-    std::printf("| %s | %ld | %ld, %d | %.2f, %.2f | %zu | %.1f | %ld, %d | %.2f | %.2f | %+.1f |\n",
+    std::printf("| %s | %ld | %ld, %d | %.2f, %.2f | %.3g | %zu | %.1f | %ld, %d | %.2f | %.2f | %+.1f |\n",
                 name.c_str(), chi, of_field.euler, of_field.pieces, 1e3 * worst.outside_m,
-                1e3 * worst.inside_m, parts.size(), seconds, of_parts.euler, of_parts.pieces,
-                1e3 * seen.excess_m, 1e3 * seen.left_out_m,
+                1e3 * worst.inside_m, 1e3 * faithful.tolerance_m, parts.size(), seconds, of_parts.euler,
+                of_parts.pieces, 1e3 * seen.excess_m, 1e3 * seen.left_out_m,
                 100 * (of_parts.volume_m3 / geometry::mass_properties(mesh).volume_m3 - 1));
     std::fflush(stdout);
   }

@@ -8,6 +8,8 @@
 #include <omp.h>
 
 #include "datasets/shapes.h"
+#include "geometry/instruction_sets.h"
+#include "geometry/marks_along.h"
 #include "tests/pipeline/scratch_folder.h"
 
 namespace geocage::geometry {
@@ -249,6 +251,62 @@ TEST(ClosestPoint, OnFaceEdgeAndCorner) {
   EXPECT_EQ(closest_point_on_triangle({-1, -1, 0}, a, b, c), a);
   EXPECT_EQ(closest_point_on_triangle({2, 2, 0}, a, b, c), Vec3(0.5, 0.5, 0));
   EXPECT_EQ(closest_point_on_triangle({0.5, 1, 0}, a, b, b), Vec3(0.5, 0, 0));  // no area
+}
+
+// Marks only spare looks: values are the same to the bit without them, and no bound is above its value, in
+// the grid, in blocks and beyond the border.
+TEST(DistanceField, MarksBoundValuesAndChangeNone) {
+  const auto field = build_distance_field(datasets::cup(0.04, 0.1, 0.003, 48), {45, 0.03, 4});
+  SignedDistanceField plain = field;
+  plain.marks.clear();
+  std::mt19937_64 random(6);
+  std::array<float, 128> bound;
+  for (int line = 0; line < 400; ++line) {
+    const Vec3 a = random_point(random, Vec3::Constant(-0.12), Vec3::Constant(0.18)),
+               b = random_point(random, Vec3::Constant(-0.12), Vec3::Constant(0.18));
+    const int last = 1 + line % 127;
+    field.bounds_along(a, b - a, last, bound);
+    for (int i = 0; i <= last; ++i) {
+      const Vec3 p = a + static_cast<double>(i) / last * (b - a);
+      const double value = plain.value(p);
+      ASSERT_EQ(field.value(p), value) << p.transpose();
+      ASSERT_LE(bound[i], std::max(value, 0.0)) << p.transpose();
+      // A cell's least value is sqrt(3) cells off at most, its mark a quarter of one, up to 127 quarters.
+      const double inner = plain.cell_at(p).value;
+      ASSERT_GE(bound[i], std::min(inner - 2 * field.cell_m, 31 * field.cell_m)) << p.transpose();
+    }
+    plain.bounds_along(a, b - a, last, bound);
+    ASSERT_EQ(bound[0], -std::numeric_limits<float>::infinity());
+  }
+}
+
+// The marks of a line's points are the same with every instruction set, and each lies among the marks.
+TEST(DistanceField, MarksAlongALineAreTheSameWithEveryInstructionSet) {
+  const GridSize grid{{-0.1, -0.05, -0.07}, 0.0031, {65, 34, 45}};
+  std::mt19937_64 random(2);
+  const char* names[16];
+  const int sets = instruction_sets(names, 16);
+  for (int line = 0; line < 200; ++line) {
+    const Vec3 a = random_point(random, Vec3::Constant(-0.2), Vec3::Constant(0.2)),
+               ab = random_point(random, Vec3::Constant(-0.2), Vec3::Constant(0.2));
+    const int last = 1 + line % 127;
+    for (int s = 0; s < sets; ++s) {
+      force_instruction_set(names[s]);
+      std::array<int, 128> index;
+      marks_along(grid, a.data(), ab.data(), last, index.data());
+      for (int i = 0; i <= last; ++i) {
+        int cell[3];
+        for (int axis = 0; axis < 3; ++axis) {
+          const double at =
+              (a[axis] + static_cast<double>(i) / last * ab[axis] - grid.origin[axis]) / grid.cell;
+          cell[axis] = static_cast<int>(std::clamp(at, 0.0, grid.nodes[axis] - 2.0));
+        }
+        ASSERT_EQ(index[i], mark_index(grid.nodes, cell[0], cell[1], cell[2])) << names[s];
+        ASSERT_LT(index[i], 64 * 16 * 9 * 11);
+      }
+    }
+    force_instruction_set("");
+  }
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ inline geometry::SignedDistanceField sampled_field(
         field.coarse.push_back(static_cast<float>(distance(low + cell_m * geometry::Vec3(x, y, z))));
   field.block.assign(
       static_cast<std::size_t>((field.nodes[0] - 1) * (field.nodes[1] - 1) * (field.nodes[2] - 1)), 0);
+  field.mark();
   return field;
 }
 

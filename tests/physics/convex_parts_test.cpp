@@ -66,6 +66,43 @@ TEST(ConvexParts, and_field_keep_the_genus) {
   }
 }
 
+/// A ring of a tube of radius r, open by a gap along its middle circle of radius R.
+geometry::TriangleMesh split_ring(double R, double r, double gap_m) {
+  constexpr int around = 64, across = 16;
+  geometry::TriangleMesh mesh;
+  const double whole = 2 * M_PI - gap_m / R;
+  for (int i = 0; i <= around; ++i)
+    for (int j = 0; j < across; ++j) {
+      const double u = whole * i / around, v = 2 * M_PI * j / across, d = R + r * std::cos(v);
+      mesh.vertices.emplace_back(d * std::cos(u), d * std::sin(u), r * std::sin(v));
+    }
+  for (const double u : {0.0, whole}) mesh.vertices.emplace_back(R * std::cos(u), R * std::sin(u), 0);
+  const int ends = (around + 1) * across;
+  for (int j = 0; j < across; ++j) {
+    const int k = (j + 1) % across;
+    for (int i = 0; i < around; ++i) {
+      const int a = i * across;
+      mesh.triangles.push_back({a + j, a + across + j, a + across + k});
+      mesh.triangles.push_back({a + j, a + across + k, a + k});
+    }
+    mesh.triangles.push_back({ends, j, k});
+    mesh.triangles.push_back({ends + 1, around * across + k, around * across + j});
+  }
+  return mesh;
+}
+
+// A ring that is open by 0.9 mm is a ball to topology; parts within 1.5 mm close it, and finer ones don't.
+TEST(ConvexParts, keep_a_gap_open_that_is_narrower_than_their_tolerance) {
+  const auto mesh = split_ring(0.02, 0.005, 0.9e-3);
+  ASSERT_GT(geometry::mass_properties(mesh).volume_m3, 0);
+  const auto field = geometry::build_distance_field(mesh, {.cells = 48, .pad_m = 0.02, .refine = 3});
+  EXPECT_EQ(voxel_shape(box_of(mesh), 4e-4, convex_parts(mesh, field, parts_within(1.5e-3))).euler, 0);
+  const FaithfulParts found = faithful_parts(mesh, field, 1.5e-3, 4e-4);
+  EXPECT_TRUE(found.faithful);
+  EXPECT_LT(found.tolerance_m, 1.5e-3);
+  EXPECT_EQ(voxel_shape(box_of(mesh), 4e-4, found.parts).euler, 1);
+}
+
 // No point of a part is outside by more than the tolerance and the field's own error (0.25 mm asked), and no
 // point that is 0.5 mm inside is left out.
 TEST(ConvexParts, stay_close_to_the_solid_and_cover_it) {

@@ -133,6 +133,24 @@ TEST(LaneBalls, SectionsAreThoseOfTheIndependentSearch) {
   EXPECT_GT(compared, 5000);
 }
 
+// A symmetric ball's centre is a vertex, and its plane goes through that. Rounding must not decide which way
+// the section goes round it, let alone go round twice: a flat ball winds by half a turn.
+TEST(LaneBalls, FlatBallsWindByHalfATurn) {
+  const auto mesh = datasets::flat_grid(1, 40);
+  for (const double radius : {0.05, 0.07, 0.14})
+    for (const Metric metric : {Metric::hop, Metric::dijkstra}) {
+      const auto lane = lane_ball_fields(mesh, {radius}, metric, {}).radii[0],
+                 plain = plain_ball_fields(mesh, {radius}, metric).radii[0];
+      for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        EXPECT_FALSE(plain.winding_angle_rad[v] > 6) << v;
+        if (std::isnan(plain.winding_angle_rad[v]))
+          EXPECT_TRUE(std::isnan(lane.winding_angle_rad[v])) << v;
+        else
+          EXPECT_NEAR(lane.winding_angle_rad[v], plain.winding_angle_rad[v], 1e-7) << v;
+      }
+    }
+}
+
 // A long thin strip of surface has more hops than a byte holds: the plain way takes over. Where the surface
 // ends sooner than the radius, it need not.
 TEST(LaneBalls, MoreHopsThanAByteHolds) {

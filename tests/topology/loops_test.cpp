@@ -194,20 +194,21 @@ TEST(SectionLoop, OfASphereIsACircle) {
   const auto sphere = datasets::icosphere(R, 5);
   const Vec3 axis = Vec3(1, 2, 3).normalized();
   for (double h : {0.0, 0.013, -0.03}) {
-    const auto loop = section_loop(sphere, Vec3(0, 0, R), h * axis, axis);
+    const auto loop = section_loop(sphere, NumberedEdges(sphere), Vec3(0, 0, R), h * axis, axis);
     ASSERT_TRUE(loop);
     const double circle_m = 2 * M_PI * std::sqrt(R * R - h * h);
     // Triangles of edge e lie up to e^2 / 8 R inside the sphere, and cut its circles by that over tan of the
     // latitude; e = R / 28.
     EXPECT_NEAR(loop->length_m, circle_m, 5e-4 * circle_m);
   }
-  EXPECT_FALSE(section_loop(sphere, Vec3(0, 0, R), 2 * R * axis, axis));
+  EXPECT_FALSE(section_loop(sphere, NumberedEdges(sphere), Vec3(0, 0, R), 2 * R * axis, axis));
 }
 
 TEST(SectionLoop, TakesThePieceNearestToP) {
   const auto torus = datasets::torus(R, r, nu, nv);  // the plane x = 0 cuts it into two circles
   for (double side : {-1.0, 1.0}) {
-    const auto loop = section_loop(torus, Vec3(0.001, side * R, r), Vec3(1e-6, 0, 0), Vec3::UnitX());
+    const auto loop =
+        section_loop(torus, NumberedEdges(torus), Vec3(0.001, side * R, r), Vec3(1e-6, 0, 0), Vec3::UnitX());
     ASSERT_TRUE(loop);
     EXPECT_GT(side * loop->path[0].y(), 0);
     EXPECT_NEAR(loop->length_m, polygon_m(r, nv), 1e-3 * polygon_m(r, nv));  // pi / nu = 0.05: second order
@@ -224,8 +225,8 @@ TriangleMesh hourglass(double neck_m) {
 TEST(NeckLoop, SlipsIntoTheNeck) {
   const auto mesh = hourglass(0.5);
   const Vec3 axis = Vec3(0.3, 0.1, 1).normalized();
-  const auto section = section_loop(mesh, Vec3(0.7, 0, 0.9), Vec3(0, 0, 0.9), axis);
-  const auto neck = neck_loop(mesh, Vec3(0.7, 0, 0.9), Vec3(0, 0, 0.9), axis);
+  const auto section = section_loop(mesh, NumberedEdges(mesh), Vec3(0.7, 0, 0.9), Vec3(0, 0, 0.9), axis);
+  const auto neck = neck_loop(mesh, NumberedEdges(mesh), Vec3(0.7, 0, 0.9), Vec3(0, 0, 0.9), axis);
   ASSERT_TRUE(section && neck);
   const double wanted = polygon_m(0.5, 40);
   EXPECT_GT(section->length_m, 1.1 * wanted);
@@ -236,20 +237,22 @@ TEST(NeckLoop, SlipsIntoTheNeck) {
 
 TEST(NeckLoop, SlipsOffWhereThereIsNone) {
   const auto sphere = datasets::icosphere(R, 4);
-  EXPECT_FALSE(neck_loop(sphere, Vec3(0, 0, R), Vec3(0, 0, 0.01), Vec3(0.1, 0, 1).normalized()));
+  EXPECT_FALSE(neck_loop(sphere, NumberedEdges(sphere), Vec3(0, 0, R), Vec3(0, 0, 0.01),
+                         Vec3(0.1, 0, 1).normalized()));
   const auto egg = [&] {
     auto mesh = sphere;
     for (Vec3& p : mesh.vertices) p.z() *= 1.5;
     return mesh;
   }();
-  EXPECT_FALSE(neck_loop(egg, Vec3(R, 0, 0.03), Vec3(0, 0, 0.03), Vec3::UnitZ()));
+  EXPECT_FALSE(neck_loop(egg, NumberedEdges(egg), Vec3(R, 0, 0.03), Vec3(0, 0, 0.03), Vec3::UnitZ()));
 }
 
 // The joint between the two tori is a three-sided prism along x: its neck is what a plane x = 0 cuts, the
 // shadow of its end, whichever way the ring is put on.
 TEST(NeckLoop, OfTheJointOfTwoTori) {
   const auto mesh = datasets::double_torus(R, r, nu, nv);
-  const auto neck = neck_loop(mesh, Vec3(0, 0, 0), Vec3(1e-4, 0, 0), Vec3(1, 0.1, 0).normalized());
+  const auto neck =
+      neck_loop(mesh, NumberedEdges(mesh), Vec3(0, 0, 0), Vec3(1e-4, 0, 0), Vec3(1, 0.1, 0).normalized());
   ASSERT_TRUE(neck);
   Polyline shadow;
   for (int side : {6, 4, 2}) shadow.push_back(mesh.vertices[(*(mesh.triangles.end() - side))[0]]);

@@ -29,6 +29,7 @@ Scores some_scores() {
   scores.candidates.push_back({.vertex = 5,
                                .heuristic = "loops",
                                .ring_length_m = 0.1 / 3,
+                               .neck_length_m = 0.1 / 7,
                                .beside_winding_angle_rad = 4.1,
                                .beside_curvature_sum_rad = 1e-3 / 3});
   return scores;
@@ -59,7 +60,8 @@ TEST(ScoreFiles, ReadBackExactly) {
     for (double Candidate::*number :
          {&Candidate::score, &Candidate::radius_m, &Candidate::winding_angle_rad,
           &Candidate::curvature_sum_rad, &Candidate::com_offset_m, &Candidate::ring_length_m,
-          &Candidate::beside_winding_angle_rad, &Candidate::beside_curvature_sum_rad})
+          &Candidate::neck_length_m, &Candidate::beside_winding_angle_rad,
+          &Candidate::beside_curvature_sum_rad})
       EXPECT_TRUE(same(c.*number, w.*number)) << i;
   }
 }

@@ -94,8 +94,21 @@ TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
 
 TEST(CageStage, controls_are_as_they_must_be) {
   const CageEvaluations& all = closed_once();
-  EXPECT_EQ(all.controls.size(), 7u);
+  EXPECT_EQ(all.controls.size(), 9u);
   for (const physics::Control& control : all.controls) EXPECT_TRUE(control.ok()) << control.name;
+}
+
+// The curve falls from 1 to the share that is told beside it, and all of it is written (the next test reads
+// it).
+TEST(CageStage, wrenches_have_their_survival_curve) {
+  for (const CageEvaluations& all : {closed_once(), caged(grasps(false))})
+    for (const CageWrench& wrench : all.list[0].wrenches) {
+      ASSERT_FALSE(wrench.curve.empty());
+      EXPECT_EQ(wrench.curve.front().share, 1);
+      EXPECT_EQ(wrench.curve.back().share, wrench.survival);
+      EXPECT_TRUE(
+          std::ranges::is_sorted(wrench.curve, std::ranges::greater_equal{}, &physics::SurvivalStep::share));
+    }
 }
 
 TEST(CageStage, never_calls_a_failed_search_a_cage) {

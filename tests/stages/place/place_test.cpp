@@ -273,6 +273,29 @@ TEST(Place, RefusesLinesThatMissAndHandsThatDontFit) {
   EXPECT_EQ(refused, (std::map<std::string, int>{{"open hand collides", 16}}));
 }
 
+TEST(Place, OpensTheHandUntilItIsFreeUnlessToldNotTo) {
+  // Open fingers begin 38 mm from the palm's middle and lean out by 0.8 rad, so that 60 mm up their inner
+  // side is 38 + 60 tan 0.8 - 14 / cos 0.8 = 80 mm out: a ball of 100 mm, 5 mm off the palm, reaches 89 mm
+  // there.
+  constexpr double ball_m = 0.1;
+  Scene scene;
+  scene.scores.mesh = datasets::icosphere(ball_m, 3);
+  scene.field = geometry::build_distance_field(scene.scores.mesh, {.cells = 32, .pad_m = 0.03, .refine = 2});
+  scene.scores.candidates[0].p_O = Vec3(ball_m, 0, 0);
+  PlaceParams params = everything();
+  params.approaches = {"normal"};
+  params.gaps_m = {0.005};
+  params.min_blocked_share = 0;
+  const auto opened = scene.place(params);
+  ASSERT_FALSE(opened.grasps.empty());
+  for (const auto& grasp : opened.grasps)
+    EXPECT_LT(grasp.pregrasp_joints_rad.at("finger_12"), -0.8 - params.opening_step_rad / 2);
+  params.max_opening_rad = 0;
+  const auto stiff = scene.place(params);
+  EXPECT_TRUE(stiff.grasps.empty());
+  EXPECT_EQ(stiff.rejected, (std::map<std::string, int>{{"open hand collides", 4}}));
+}
+
 TEST(Place, TakesTheBaselinesItIsAskedFor) {
   Scene scene;
   for (const char* name : {"curvature", "combined", "random"})

@@ -236,6 +236,27 @@ TEST(ScoreStage, ClosedRingsTellTheirGirth) {
   EXPECT_GT(rings, 0);
 }
 
+// A waisted rod: rings round it tighten to its waist, 2 pi r of 48 sides there, and none is shorter.
+TEST(ScoreStage, RingsPulledTightTellTheNeck) {
+  auto mesh = datasets::capped_cylinder(0.015, 0.1, 48);
+  const double waist = 0.01;
+  for (Vec3& p : mesh.vertices) {
+    const double share = 1 - (1 - waist / 0.015) * std::exp(-p.z() * p.z() / (2 * 0.015 * 0.015));
+    p.x() *= share;
+    p.y() *= share;
+  }
+  const auto scores = scores_of(
+      mesh, {0.04}, {.heuristics = {"winding"}, .com_offset_m = 10, .most_share = 1, .necks = true});
+  int necks = 0;
+  for (const Candidate& c : scores.candidates) {
+    if (std::isnan(c.neck_length_m)) continue;
+    EXPECT_LE(c.neck_length_m, c.ring_length_m * (1 + 1e-9));
+    EXPECT_NEAR(c.neck_length_m, 2 * M_PI * waist, 0.01 * 2 * M_PI * waist);
+    ++necks;
+  }
+  EXPECT_GT(necks, 0);
+}
+
 TEST(ScoreStage, AskedRadiusMustBeThere) {
   EXPECT_EQ(scores_of(pear(), {0.01, 0.02}, {.radius_m = 0.02}).ball.radius_m, 0.02);
   EXPECT_EQ(scores_of(pear(), {0.01, 0.02}, {}).ball.radius_m, 0.01);
