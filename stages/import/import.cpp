@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/boundary.h"
 #include "geometry/cloud_files.h"
 #include "geometry/mesh_files.h"
 #include "geometry/repair.h"
@@ -178,6 +179,7 @@ TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const g
   run.metric("euler", report.euler);
   run.metric("components", report.components);
   run.metric("boundary_edges", report.boundary_edges);
+  run.metric("boundary_loops", geometry::boundary_loops(mesh));
   run.metric("turned_outward", turned);
   run.metric("closed_manifold", report.closed_manifold());
   return mesh;

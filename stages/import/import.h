@@ -56,9 +56,9 @@ geometry::PointCloud import_part(const PartParams& params, pipeline::Run& run, c
 geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run,
                                   const geometry::SourceFile& file);
 
-inline constexpr pipeline::Stage import_mesh_stage{"import", 3, &import_mesh, 1.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 7, &import_cloud, 1.0};
+inline constexpr pipeline::Stage import_mesh_stage{"import", 4, &import_mesh, 1.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 8, &import_cloud, 1.0};
 inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 6, &find_scene, 1.0};
+inline constexpr pipeline::Stage scene_stage{"scene", 7, &find_scene, 1.0};
 
 }  // namespace geocage::stages

@@ -21,8 +21,8 @@ FoundPlane find_plane(const geometry::PointCloud& cloud, double tolerance_m, std
 std::vector<int> standing_on(const geometry::PointCloud& cloud, const FoundPlane& table, double above_min_m,
                              double above_max_m);
 
-/// Euclidean clusters of the chosen points, with at least `points` of them and gaps of more than `gap_m` in
-/// between, the largest first. Indices ascending.
+/// Euclidean clusters of the chosen points (farther from each other than `gap_m`, hanging together by steps
+/// of at most that) with at least `points` of them, the largest first. Indices ascending.
 std::vector<std::vector<int>> clusters_of(const geometry::PointCloud& cloud, const std::vector<int>& chosen,
                                           double gap_m, int points);
 

@@ -86,27 +86,27 @@ int main(int argc, char** argv) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
+  std::map<std::string, TriangleMesh> meshes;
+  for (const auto& file : files)
+    if (only.empty() || file.stem() == only)
+      if (auto mesh = read_scaled(file); !mesh.triangles.empty())
+        meshes.emplace(file.stem(), std::move(mesh));
+  std::ofstream out;
+  if (!csv.empty()) out.open(csv);
+  out << "object,mutator,seed,outcome,good,seconds,moved_diagonals,reason\n";
   std::vector<Row> rows;
-  for (const auto& file : files) {
-    if (!only.empty() && file.stem() != only) continue;
-    const TriangleMesh mesh = read_scaled(file);
-    if (mesh.triangles.empty()) continue;
-    for (const auto& mutator : geocage::tests::mutators())
-      for (std::uint64_t seed = seed_from; seed < seed_from + seeds; ++seed) {
+  for (std::uint64_t seed = seed_from; seed < seed_from + seeds; ++seed)
+    for (const auto& [name, mesh] : meshes)
+      for (const auto& mutator : geocage::tests::mutators()) {
         if (!mutator_name.empty() && mutator_name != mutator.name) continue;
-        rows.push_back({try_defect(mutator, mesh, seed, params), file.stem()});
+        rows.push_back({try_defect(mutator, mesh, seed, params), name});
         const Row& row = rows.back();
         if (!row.good)
           fmt::print(stderr, "{} / {} / seed {}: {}\n", row.object, row.mutator, row.seed, row.reason);
+        out << fmt::format("{},{},{},{},{},{:.4f},{:.6f},\"{}\"\n", row.object, row.mutator, row.seed,
+                           row.outcome, row.good, row.seconds, row.moved, row.reason)
+            << std::flush;
       }
-  }
-  if (!csv.empty()) {
-    std::ofstream out(csv);
-    out << "object,mutator,seed,outcome,good,seconds,moved_diagonals,reason\n";
-    for (const Row& row : rows)
-      out << fmt::format("{},{},{},{},{},{:.4f},{:.6f},\"{}\"\n", row.object, row.mutator, row.seed,
-                         row.outcome, row.good, row.seconds, row.moved, row.reason);
-  }
   print_table(rows);
   const auto bad = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return !row.good; });
   fmt::print("\n{} runs, {} bad\n", rows.size(), bad);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "datasets/shapes.h"
+#include "geometry/boundary.h"
 #include "tests/pipeline/scratch_folder.h"
 
 namespace geocage::geometry {
@@ -31,6 +32,14 @@ TEST(CheckMesh, ClosedAndOpen) {
   EXPECT_FALSE(open.closed_manifold());
   EXPECT_EQ(open.boundary_edges, 24);
   EXPECT_NE(flaw(open).find("not closed"), std::string::npos);
+}
+
+TEST(CheckMesh, RimsAreCounted) {
+  EXPECT_EQ(boundary_loops(datasets::open_tube(1, 2, 12, 4)), 2);
+  auto ball = datasets::icosphere(1, 2);
+  EXPECT_EQ(boundary_loops(ball), 0);
+  ball.triangles.erase(ball.triangles.begin() + 7);
+  EXPECT_EQ(boundary_loops(ball), 1);
 }
 
 TEST(CheckMesh, NamesTheFirstOffender) {

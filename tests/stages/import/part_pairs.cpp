@@ -38,6 +38,7 @@ std::map<int, Thing> things_of(const PartGraph& graph, const geometry::PointClou
     std::map<int, int> votes;
     for (int i : points)
       if (cloud.label[i] != 0) ++votes[cloud.label[i]];
+    thing[name] = {0, votes.empty() ? 1.0 : 0.0};
     for (const auto& [label, count] : votes)
       if (const double share = static_cast<double>(count) / static_cast<double>(points.size());
           share > thing[name].share)
@@ -46,68 +47,67 @@ std::map<int, Thing> things_of(const PartGraph& graph, const geometry::PointClou
   return thing;
 }
 
-/// Rows of a scene: pairs as they are when first seen and when one of the two has changed.
+/// A row for a pair, unless one of the two is two things already: that teaches nothing.
 class Teller {
  public:
   Teller(std::ostream& out, std::string scene, const geometry::PointCloud& cloud)
       : out_(out), scene_(std::move(scene)), cloud_(cloud) {}
 
-  /// Pairs with this part, or all. What is two things already teaches nothing.
-  void tell(const PartGraph& graph, int with = -1) {
+  void tell(const PartGraph& graph, const PartGraph::Pair& pair, const stages::Evidence& evidence) {
     constexpr double least_share = 0.75;
-    auto thing = things_of(graph, cloud_);
-    const auto size = graph.sizes();
-    for (const auto& [a, b] : graph.pairs()) {
-      if (with >= 0 && a != with && b != with) continue;
-      if (std::min(thing[a].share, thing[b].share) < least_share) continue;
-      const auto evidence = graph.evidence({a, b});
-      if (out_.tellp() == 0) {
-        fmt::print(out_, "scene,one,smaller,larger");
-        for (const auto& clue : evidence) fmt::print(out_, ",{}", clue.name);
-        fmt::print(out_, "\n");
-      }
-      const auto [smaller, larger] = std::minmax(size.at(a), size.at(b));
-      fmt::print(out_, "{},{},{},{}", scene_, static_cast<int>(thing[a].label == thing[b].label), smaller,
-                 larger);
-      for (const auto& clue : evidence) fmt::print(out_, ",{:.5g}", clue.value);
+    if (out_.tellp() == 0) {
+      fmt::print(out_, "scene,one,smaller,larger");
+      for (const auto& clue : evidence) fmt::print(out_, ",{}", clue.name);
       fmt::print(out_, "\n");
     }
+    if (thing_.empty()) {
+      thing_ = things_of(graph, cloud_);
+      size_ = graph.sizes();
+    }
+    const Thing &a = thing_.at(pair.first), &b = thing_.at(pair.second);
+    if (std::min(a.share, b.share) < least_share) return;
+    const auto [smaller, larger] = std::minmax(size_.at(pair.first), size_.at(pair.second));
+    fmt::print(out_, "{},{},{},{}", scene_, static_cast<int>(a.label == b.label), smaller, larger);
+    for (const auto& clue : evidence) fmt::print(out_, ",{:.5g}", clue.value);
+    fmt::print(out_, "\n");
   }
+  /// Parts have changed.
+  void changed() { thing_.clear(); }
 
  private:
   std::ostream& out_;
   const std::string scene_;
   const geometry::PointCloud& cloud_;
+  std::map<int, Thing> thing_;
+  std::map<int, int> size_;
 };
 
-/// Joins what belongs together, the largest first.
-void join_rightly(PartGraph& graph, const geometry::PointCloud& cloud, Teller* teller) {
+/// Joins what belongs together.
+void join_rightly(PartGraph& graph, const geometry::PointCloud& cloud) {
   for (;;) {
-    auto thing = things_of(graph, cloud);
-    const auto size = graph.sizes();
-    std::optional<PartGraph::Pair> next;
-    const auto points = [&](const PartGraph::Pair& pair) {
-      return size.at(pair.first) + size.at(pair.second);
-    };
-    for (const auto& pair : graph.pairs())
-      if (thing[pair.first].label == thing[pair.second].label && (!next || points(pair) > points(*next)))
-        next = pair;
-    if (!next) return;
+    const auto thing = things_of(graph, cloud);
+    const auto pairs = graph.pairs();
+    const auto next = std::find_if(pairs.begin(), pairs.end(), [&](const PartGraph::Pair& pair) {
+      return thing.at(pair.first).label == thing.at(pair.second).label;
+    });
+    if (next == pairs.end()) return;
     graph.join(*next);
-    if (teller != nullptr) teller->tell(graph, next->first);
   }
 }
 
-/// Joins as import does, with odds that chance has multiplied: states that its mistakes lead to.
+/// Joins as import does, with odds that chance has multiplied: states that its mistakes lead to. Each pair is
+/// told when it is asked for, first and whenever one of the two has changed.
 void join_as_import(PartGraph& graph, const stages::PartRule& rule, double noise, std::uint64_t seed,
                     Teller& teller) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal(0, noise);
   const auto probability = [&](const PartGraph& parts, const PartGraph::Pair& pair) {
-    const double p = stages::probability_of_one(parts.evidence(pair));
+    const auto evidence = parts.evidence(pair);
+    teller.tell(parts, pair, evidence);
+    const double p = stages::probability_of_one(evidence);
     return 1 / (1 + (1 - p) / p * std::exp(normal(engine)));
   };
-  stages::join_likely(graph, rule, {probability, [&](int name) { teller.tell(graph, name); }});
+  stages::join_likely(graph, rule, {probability, [&](int) { teller.changed(); }});
 }
 
 }  // namespace
@@ -123,11 +123,10 @@ int main(int argc, char** argv) {
   app.add_option("--patch_m", params.patch_m, "import.patch_m");
   app.add_option("--concavity_deg", params.concavity_deg, "import.concavity_deg");
   app.add_option("--part_points", params.part_points, "import.part_points");
-  bool bound = false;
+  app.add_option("--cluster_gap_m", params.cluster_gap_m, "import.cluster_gap_m");
   int runs = 1;
   double noise = 1;
-  app.add_flag("--bound", bound, "write no pairs");
-  app.add_option("--runs", runs, "how often to join as import does");
+  app.add_option("--runs", runs, "how often to join as import does; with 0 only the bound is told");
   app.add_option("--noise", noise, "deviation of the logarithm of the odds there");
   CLI11_PARSE(app, argc, argv);
   std::ofstream out(file);
@@ -143,23 +142,22 @@ int main(int argc, char** argv) {
     const auto sight = stages::sight_of(scene.cloud);
     const auto standing = stages::standing_on(scene.cloud, table, params.above_min_m, params.above_max_m);
     for (const auto& cluster :
-         stages::clusters_of(scene.cloud, standing, stages::most_gap_m, params.cluster_points)) {
+         stages::clusters_of(scene.cloud, standing, params.cluster_gap_m, params.cluster_points)) {
       const stages::PartRule rule{params.patch_m, params.concavity_deg, params.part_points, params.one_thing};
       const PartGraph start(scene.cloud, sight, cluster, table.plane, rule);
-      Teller teller(out, path.stem().string(), scene.cloud);
-      if (!bound) teller.tell(start);
-      for (int k = 0; k < (bound ? 0 : runs); ++k) {
+      for (int k = 0; k < runs; ++k) {
         PartGraph graph = start;
+        Teller teller(out, path.stem().string(), scene.cloud);
         join_as_import(graph, rule, noise, static_cast<std::uint64_t>(k), teller);
       }
       PartGraph graph = start;
-      join_rightly(graph, scene.cloud, bound ? nullptr : &teller);
+      join_rightly(graph, scene.cloud);
       for (const auto& [name, points] : graph.parts())
         if (static_cast<int>(points.size()) >= params.cluster_points) scene.objects.push_back({"", points});
     }
     const auto match = tests::match_labels(scene, params.cluster_points);
     possible += match.one_each();
-    if (bound && !match.one_each())
+    if (runs == 0 && !match.one_each())
       fmt::print("{}: {} things gave {} objects: {} found, {} merged, {} split\n", path.stem().string(),
                  match.labelled, match.objects, match.found, match.merged, match.split);
   }

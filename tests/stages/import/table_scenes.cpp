@@ -440,9 +440,12 @@ TriangleMesh stretched(TriangleMesh mesh, const Vec3& by) {
   return mesh;
 }
 
-/// Things of several pieces, bent outlines and flat ones, and all of wide_thing, stretched.
-Stackable varied_thing(Chance& chance, const std::filesystem::path& objects) {
-  switch (chance.below(9)) {
+/// Things of several pieces, bent outlines and flat ones, and all of wide_thing, stretched. A block in one
+/// with another is no other thing than a pile: `ambiguous`.
+Stackable varied_thing(Chance& chance, const std::filesystem::path& objects, bool& ambiguous) {
+  const int kind = chance.below(9);
+  ambiguous = ambiguous || kind == 0 || kind == 4;
+  switch (kind) {
     case 0: {  // spray: body, neck, head
       const double r = chance.in(0.025, 0.04), h = chance.in(0.12, 0.2);
       const double reach = chance.in(0.05, 0.09);
@@ -484,16 +487,17 @@ Stackable varied_thing(Chance& chance, const std::filesystem::path& objects) {
 }
 
 /// One to six things: against each other, a little apart, or on the flat top of any; each scene from one
-/// place of chance.
+/// place of chance. Scenes with something ambiguous are left out.
 std::vector<TableScene> varied(const std::filesystem::path& objects, int first_seed, int scenes) {
   std::vector<TableScene> list;
   for (int k = 0; k < scenes; ++k) {
     Chance chance(static_cast<std::uint64_t>(first_seed + k));
     TableScene scene{"varied " + std::to_string(k), {}, {}};
     std::vector<double> flat;
+    bool ambiguous = false;
     const int count = 1 + chance.below(6);
     for (int i = 0; i < count; ++i) {
-      auto [mesh, flat_m] = varied_thing(chance, objects);
+      auto [mesh, flat_m] = varied_thing(chance, objects, ambiguous);
       mesh = placed(mesh, Vec3::Zero(), chance.in(0, 2 * M_PI));
       const double way = chance.in(0, 2 * M_PI);
       std::vector<std::size_t> below;
@@ -529,6 +533,7 @@ std::vector<TableScene> varied(const std::filesystem::path& objects, int first_s
       }
       flat.push_back(flat_m);
     }
+    if (ambiguous) continue;
     scene = in_the_middle(std::move(scene));
     scene.views = {{chance.in(28, 62), chance.in(0.7, 1.0), static_cast<std::uint64_t>(first_seed + k)}};
     list.push_back(std::move(scene));
@@ -542,8 +547,8 @@ std::vector<TableScene> table_scenes(const std::string& set, const std::filesyst
   if (set == "tuning") return tuning(objects);
   if (set == "held_out") return held_out(objects);
   if (set == "training") return wide(objects, 20000, 240);
-  if (set == "training_varied") return varied(objects, 80000, 300);
-  if (set == "varied") return varied(objects, 200000, 80);
+  if (set == "training_varied") return varied(objects, 80000, 120);
+  if (set == "varied") return varied(objects, 200000, 160);
   if (set == "wide") return wide(objects, 50000, 40);
   return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }

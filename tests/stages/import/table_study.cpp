@@ -1,6 +1,6 @@
 // How often the things of a table scene become one object each:
 //   build/release/table_study --set tuning|held_out|fresh|unseen|wide|varied [--objects DIR] [--rule gap]
-//   [--rule shape] [--one_thing 0.25]
+//   [--rule shape] [--one_thing 0.25] [--part_points 600]
 //   [--keep FOLDER [--write]] [--scene NAME]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   app.add_option("--rule", rules, "values of import.cluster_by");
   stages::ImportParams params{.scene = "table"};
   app.add_option("--one_thing", params.one_thing, "import.one_thing");
+  app.add_option("--part_points", params.part_points, "import.part_points");
   app.add_option("--keep", keep, "folder for the scenes")->check(CLI::ExistingDirectory);
   app.add_flag("--write", write_only, "only write the scenes");
   app.add_option("--scene", only, "only this one");
