@@ -147,7 +147,6 @@ void BallMesh::join_half_edges() {
 }
 
 void BallMesh::measure_edges(const std::vector<double>& lengths_m) {
-  longest_side_m.assign(static_cast<std::size_t>(count), 0);
   double sum = 0;
   int edges = 0;
   for (int f = 0; f < static_cast<int>(half_edges.size()); f += 3) {
@@ -157,12 +156,7 @@ void BallMesh::measure_edges(const std::vector<double>& lengths_m) {
       sum += lengths_m[h];
       ++edges;
     }
-    const double longest = std::max({lengths_m[f], lengths_m[f + 1], lengths_m[f + 2]});
-    for (int h = f; h < f + 3; ++h) {
-      double& at = longest_side_m[half_edges[h].from];
-      at = std::max(at, longest);
-    }
-    longest_edge_m = std::max(longest_edge_m, longest);
+    longest_edge_m = std::max({longest_edge_m, lengths_m[f], lengths_m[f + 1], lengths_m[f + 2]});
   }
   mean_edge_m = edges > 0 ? sum / edges : 0;
 }

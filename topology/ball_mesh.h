@@ -39,7 +39,6 @@ struct BallMesh {
   };
   std::vector<HalfEdge> half_edges;
   double mean_edge_m = 0, longest_edge_m = 0;
-  std::vector<double> longest_side_m;  ///< of the triangles around each vertex
 
   /// Precondition: edges are manifold and oriented alike. O(V log V).
   explicit BallMesh(const geometry::TriangleMesh& mesh);

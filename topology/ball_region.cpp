@@ -128,7 +128,6 @@ void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) 
     const int w = mesh_.links.neighbour[i];
     const std::uint32_t next = d + weights.of_link[i];
     if (w == mesh_.count || next > limit || next >= distance_[w]) continue;
-    if (distance_[w] == ~std::uint32_t{0}) reached_.push_back(w);
     distance_[w] = next;
     buckets_[next / width_ % buckets].push_back({next, w});
     ++waiting_;
@@ -140,7 +139,6 @@ void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) 
 void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights) {
   constexpr std::uint32_t far = ~std::uint32_t{0};
   distance_.resize(static_cast<std::size_t>(mesh_.count) + 1, far);
-  reached_.assign(sources, sources + count);
   // No link leads round all buckets.
   width_ = std::max({weights.mean / 2, weights.longest / (buckets - 2), std::uint32_t{1}});
   for (int i = 0; i < count; ++i) distance_[sources[i]] = 0;
@@ -162,7 +160,7 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
   }
   for (int ring = rings() - 2; ring >= 0; --ring)
     ring_low_[ring] = std::min(ring_low_[ring], ring_low_[ring + 1]);
-  for (int v : reached_) distance_[v] = far;
+  for (int v : order_) distance_[v] = far;
   link_region(weights.of_link.data());
 }
 
