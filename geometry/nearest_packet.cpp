@@ -76,7 +76,7 @@ HWY_INLINE void to_box(const TurnedBox& box, const Packet& packet, double* dista
   for (int k = 0; k < Packet::size; k += width) {
     const Lanes x = hn::Load(d, packet.x + k), y = hn::Load(d, packet.y + k), z = hn::Load(d, packet.z + k);
     Lanes sum = hn::Zero(d);
-    for (int i = 0; i < 3; ++i) {
+    for (std::ptrdiff_t i = 0; i < 3; ++i) {
       const Lanes along = hn::Sub(dot(box.axes + 3 * i, x, y, z), hn::Set(d, box.middle[i]));
       const Lanes beyond = hn::Max(hn::Sub(hn::Abs(along), hn::Set(d, box.half[i])), hn::Zero(d));
       sum = hn::Add(sum, hn::Mul(beyond, beyond));

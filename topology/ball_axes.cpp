@@ -33,7 +33,7 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
 
 /// The largest root t of t^3 - 3 t - 2 r = 0 for r in [-1, 1]: 2 cos(acos(r) / 3), in [1, 2]. The start is a
 /// parabola in cos(acos(r) / 2), within 0.01 of it everywhere and as near as the root's distance from the
-/// next where both meet; three steps square that to rounding.
+/// next where both meet; each step squares that.
 HWY_INLINE Double largest_root(Double r) {
   const Doubles d;
   const auto one = hn::Set(d, 1.0), three = hn::Set(d, 3.0);

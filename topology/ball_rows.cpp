@@ -157,7 +157,7 @@ void HopMasks(const std::uint8_t* rows, int size, int limit, std::uint64_t* mask
   auto* bytes = reinterpret_cast<std::uint8_t*>(masks);
   for (std::ptrdiff_t i = 0; i < size; ++i) {
     if constexpr (R::width < 8) std::memset(bytes + i * (lanes / 8), 0, lanes / 8);
-    for (int k = 0; k < R::vectors; ++k) {
+    for (std::ptrdiff_t k = 0; k < R::vectors; ++k) {
       const auto row = hn::Load(d, rows + i * lanes + k * R::width);
       const auto within = hn::Eq(hn::Min(row, most), row);
       if constexpr (R::width >= 8)
@@ -180,7 +180,7 @@ std::uint32_t LengthMasks(const std::uint32_t* rows, int size, std::uint32_t lim
   std::uint32_t close = 0;
   for (std::ptrdiff_t i = 0; i < size; ++i) {
     std::uint32_t bits = 0;
-    for (int k = 0; k < R::vectors; ++k) {
+    for (std::ptrdiff_t k = 0; k < R::vectors; ++k) {
       const auto row = hn::Load(d, rows + i * R::in_row + k * R::width);
       std::uint8_t some[8] = {};
       hn::StoreMaskBits(d, within(row, most), some);
@@ -193,7 +193,7 @@ std::uint32_t LengthMasks(const std::uint32_t* rows, int size, std::uint32_t lim
       std::memcpy(&part, some, sizeof(part));
       close |= part << (k * R::width);
     }
-    std::memcpy(bytes + i * (lanes / 8) + word * 4, &bits, sizeof(bits));
+    std::memcpy(bytes + i * (lanes / 8) + static_cast<std::ptrdiff_t>(word) * 4, &bits, sizeof(bits));
   }
   return close;
 }
@@ -239,16 +239,20 @@ void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* 
   const Doubles d;
   std::memset(sums, 0, sizeof(double) * static_cast<std::size_t>(radii) * lanes * sum_slots);
   alignas(128) double rows[chunk * sum_slots], prefix[sum_slots] = {};
+  const auto row = [&rows](std::ptrdiff_t c) { return rows + c * sum_slots; };
+  const auto lanes_of = [sums](std::ptrdiff_t q, std::ptrdiff_t w) {
+    return sums + (q * lanes + 64 * w) * sum_slots;
+  };
   for (int begin = 0; begin < input.size; begin += chunk) {
     const int count = input.size - begin < chunk ? input.size - begin : chunk;
     for (int c = begin + chunk; c < begin + 2 * chunk && c < input.size; ++c)
       __builtin_prefetch(input.points + 4 * static_cast<std::ptrdiff_t>(input.order[c]));
-    for (int c = 0; c < count; ++c) own_row(input, begin + c, rows + c * sum_slots);
+    for (int c = 0; c < count; ++c) own_row(input, begin + c, row(c));
     for (int k = 0; k < sum_slots; k += double_width) {
       auto sum = hn::Load(d, prefix + k);
       for (int c = 0; c < count; ++c) {
-        const auto own = hn::Load(d, rows + c * sum_slots + k);
-        hn::Store(sum, d, rows + c * sum_slots + k);
+        const auto own = hn::Load(d, row(c) + k);
+        hn::Store(sum, d, row(c) + k);
         sum = hn::Add(sum, own);
       }
       hn::Store(sum, d, prefix + k);
@@ -261,9 +265,7 @@ void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* 
         const std::uint64_t* mask = masks[q].masks + static_cast<std::ptrdiff_t>(begin + c) * mask_words;
         for (int w = 0; w < mask_words; ++w) {
           const std::uint64_t before = mask[w - mask_words];
-          if (mask[w] != before)
-            turn_lanes(mask[w] ^ before, mask[w], rows + c * sum_slots,
-                       sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
+          if (mask[w] != before) turn_lanes(mask[w] ^ before, mask[w], row(c), lanes_of(q, w));
         }
       }
     }
@@ -271,7 +273,7 @@ void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* 
   for (int q = 0; q < radii && input.size > 0; ++q)
     for (int w = 0; w < mask_words; ++w)
       turn_lanes(masks[q].masks[static_cast<std::ptrdiff_t>(input.size - 1) * mask_words + w], 0, prefix,
-                 sums + (static_cast<std::ptrdiff_t>(q) * lanes + 64 * w) * sum_slots);
+                 lanes_of(q, w));
 }
 
 /// A vertex' links [first, last) in the order of its ring: `lower` has a bit for each neighbour that comes
