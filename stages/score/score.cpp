@@ -90,6 +90,7 @@ std::vector<double> normalised(const std::vector<double>& values) {
       high = std::max(high, x);
     }
   std::vector<double> scaled;
+  scaled.reserve(values.size());
   for (double x : values) scaled.push_back(high > low ? (x - low) / (high - low) : x * 0);
   return scaled;
 }
