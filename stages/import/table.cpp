@@ -1,12 +1,11 @@
 #include "stages/import/table.h"
 
 #include <algorithm>
-#include <array>
-#include <map>
 #include <random>
-#include <set>
 
 #include <Eigen/Eigenvalues>
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/segmentation/extract_clusters.h>
 
 namespace geocage::stages {
 
@@ -124,49 +123,27 @@ std::vector<int> standing_on(const PointCloud& cloud, const FoundPlane& table, d
 
 std::vector<std::vector<int>> clusters_of(const PointCloud& cloud, const std::vector<int>& chosen,
                                           double gap_m, int min_points) {
-  using Cell = std::array<std::int64_t, 3>;
-  // Points of one cell are never farther apart than the gap, and those within the gap of it are in the next
-  // two.
-  const double size_m = gap_m / std::sqrt(3.0);
-  constexpr int reach = 2;
-  std::map<Cell, std::vector<int>> cells;
+  if (chosen.empty()) return {};
+  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
   for (int i : chosen) {
-    Cell cell;
-    for (int axis = 0; axis < 3; ++axis)
-      cell[axis] = static_cast<std::int64_t>(std::floor(cloud.points[i][axis] / size_m));
-    cells[cell].push_back(i);
+    const Eigen::Vector3f p = cloud.points[i].cast<float>();
+    points->emplace_back(p.x(), p.y(), p.z());
   }
-  const auto touch = [&](const std::vector<int>& a, const std::vector<int>& b) {
-    return std::any_of(a.begin(), a.end(), [&](int i) {
-      return std::any_of(b.begin(), b.end(), [&](int j) {
-        return (cloud.points[i] - cloud.points[j]).squaredNorm() <= gap_m * gap_m;
-      });
-    });
-  };
+  pcl::search::KdTree<pcl::PointXYZ>::Ptr tree(new pcl::search::KdTree<pcl::PointXYZ>);
+  tree->setInputCloud(points);
+  pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
+  extraction.setClusterTolerance(gap_m);
+  extraction.setMinClusterSize(min_points);
+  extraction.setSearchMethod(tree);
+  extraction.setInputCloud(points);
+  std::vector<pcl::PointIndices> parts;
+  extraction.extract(parts);
+
   std::vector<std::vector<int>> clusters;
-  std::set<Cell> left;
-  for (const auto& [cell, points] : cells) left.insert(cell);
-  while (!left.empty()) {
-    std::vector<Cell> open = {*left.begin()};
-    left.erase(left.begin());
-    std::vector<int> cluster;
-    while (!open.empty()) {
-      const Cell at = open.back();
-      open.pop_back();
-      const auto& here = cells.at(at);
-      cluster.insert(cluster.end(), here.begin(), here.end());
-      for (int x = -reach; x <= reach; ++x)
-        for (int y = -reach; y <= reach; ++y)
-          for (int z = -reach; z <= reach; ++z) {
-            const auto next = left.find({at[0] + x, at[1] + y, at[2] + z});
-            if (next == left.end() || !touch(here, cells.at(*next))) continue;
-            open.push_back(*next);
-            left.erase(next);
-          }
-    }
-    if (static_cast<int>(cluster.size()) < min_points) continue;
+  for (const auto& part : parts) {
+    std::vector<int>& cluster = clusters.emplace_back();
+    for (int i : part.indices) cluster.push_back(chosen[i]);
     std::sort(cluster.begin(), cluster.end());
-    clusters.push_back(std::move(cluster));
   }
   std::sort(clusters.begin(), clusters.end(),
             [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
