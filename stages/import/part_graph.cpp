@@ -286,15 +286,6 @@ Evidence PartGraph::evidence(const Pair& pair) const {
   Points both = a.seen;
   both.insert(both.end(), b.seen.begin(), b.seen.end());
   const Vec3 way = b.middle - a.middle;
-  const auto lean_rad = [&](const Vec3& normal, const Vec3& from) {
-    return std::acos(std::clamp(std::abs(normal.dot(from)), 0.0, 1.0));
-  };
-  const auto hold = [&](int name) {
-    std::size_t all = 0;
-    for (const auto& [two, touching] : contacts_)
-      if (two.first == name || two.second == name) all += touching.of_first.size();
-    return static_cast<double>(of_a.size()) / std::max(1.0, static_cast<double>(all));
-  };
   return {
       // of the space between the two: sight.h
       {"empty", sight_.emptiness_between(a.seen, b.seen, clear_m)},
@@ -360,13 +351,6 @@ Evidence PartGraph::evidence(const Pair& pair) const {
       {"axes_apart_m", std::min(far_m, (a.axis_m - b.axis_m).norm())},
       {"turned_a_m", a.turned_m},
       {"turned_b_m", b.turned_m},
-      // from the table, and from each other
-      {"lean_a_rad", lean_rad(a.normal, table_.normal)},
-      {"lean_b_rad", lean_rad(b.normal, table_.normal)},
-      {"lean_both_rad", lean_rad(a.normal, b.normal)},
-      // share of all that touches a that is b
-      {"hold_a", hold(turned ? pair.second : pair.first)},
-      {"hold_b", hold(turned ? pair.first : pair.second)},
   };
 }
 
