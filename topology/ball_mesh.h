@@ -8,15 +8,15 @@
 namespace geocage::topology {
 
 /// The steps around all vertices, counter-clockwise from outside and cyclic: a neighbour, the half-edge to it
-/// (-1: none), and the area of the triangle between it and the next one (0: there is none). Searches read the
-/// neighbours alone, some beyond the last one.
+/// (-1: none), and the area of the triangle between it and the next one (0: there is none). Searches read
+/// some beyond the last one.
 struct Links {
   std::vector<int> neighbour, half_edge;
   std::vector<double> area_m2;
   void resize(std::size_t count) {
     neighbour.resize(count + spare_links);
     half_edge.resize(count);
-    area_m2.resize(count);
+    area_m2.resize(count + spare_links);
   }
 };
 

@@ -66,48 +66,36 @@ void Patches::order(std::vector<int>& patch) const {
 }
 
 void Region::clear() {
-  for (int v : order_) slot_[v] = 0;
-  order_.clear();
+  for (int i = 0; i < size_; ++i) slot_[order_[i]] = 0;
+  size_ = 0;
   ring_start_.assign(1, 0);
   ring_low_.clear();
 }
 
-/// Ring by ring from the sources, at most `hops` of them: all that `wanted` lets in.
-template <class Wanted>
-void Region::order_by_hops(const int* sources, int count, int hops, const Wanted& wanted) {
+/// Ring by ring from the sources, at most `hops` of them; with `distance`, only what that has reached.
+void Region::order_by_hops(const int* sources, int count, int hops, const std::uint32_t* distance) {
   clear();
   patch_ = count;
-  order_.resize(static_cast<std::size_t>(mesh_.count) + 1);
-  int* const order = order_.data();
-  int* const slot = slot_.data();
-  std::copy_n(sources, count, order);
-  for (int i = 0; i < count; ++i) slot[order[i]] = i + 1;
-  slot[mesh_.count] = 1;  // a gap is never new
-  constexpr int ahead = 12;
+  order_.resize(static_cast<std::size_t>(mesh_.count) + 1 + spare_links);
+  std::copy_n(sources, count, order_.data());
+  for (int i = 0; i < count; ++i) slot_[order_[i]] = i + 1;
+  slot_[mesh_.count] = 1;  // a gap is never new
+  const GrowInput input{mesh_.link_start.data(), mesh_.links.neighbour.data(), mesh_.count, distance};
   int head = 0, reached = count;
   for (int depth = 0; head < reached; ++depth) {
     const int end = reached;
     ring_start_.push_back(end);
     ring_low_.push_back(static_cast<std::uint32_t>(depth));
     if (depth == hops) break;
-    for (; head < end; ++head) {
-      __builtin_prefetch(mesh_.links.neighbour.data() +
-                         mesh_.link_start[order[head + ahead < reached ? head + ahead : head]]);
-      for (int i = mesh_.link_start[order[head]]; i < mesh_.link_start[order[head] + 1]; ++i) {
-        const int w = mesh_.links.neighbour[i];  // written always, kept if new: nothing to guess
-        const bool fresh = slot[w] == 0 && wanted(w);
-        order[reached] = w;
-        reached += fresh;
-        slot[w] = fresh ? reached : slot[w];
-      }
-    }
+    reached = grow_ring(input, order_.data(), slot_.data(), head, end, reached);
+    head = end;
   }
-  slot[mesh_.count] = 0;
-  order_.resize(static_cast<std::size_t>(reached));
+  slot_[mesh_.count] = 0;
+  size_ = reached;
 }
 
 void Region::grow_by_hops(const int* sources, int count, int hops) {
-  order_by_hops(sources, count, hops, [](int) { return true; });
+  order_by_hops(sources, count, hops, nullptr);
   link_region(nullptr);
 }
 
@@ -126,7 +114,7 @@ void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) 
 /// Bucket by bucket (delta stepping: Meyer and Sanders 2003). What was reached is then ordered like a region
 /// of hops, whose rings cut a ball into fewer runs than rings of lengths do.
 void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights) {
-  constexpr std::uint32_t far = ~std::uint32_t{0};
+  constexpr std::uint32_t far = GrowInput::far;
   distance_.resize(static_cast<std::size_t>(mesh_.count) + 1, far);
   // No link leads round all buckets.
   width_ = std::max({weights.mean / 2, weights.longest / (buckets - 2), std::uint32_t{1}});
@@ -141,7 +129,7 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
     }
     reached.clear();
   }
-  order_by_hops(sources, count, mesh_.count, [&](int w) { return distance_[w] != far; });
+  order_by_hops(sources, count, mesh_.count, distance_.data());
   for (int ring = 0; ring < rings(); ++ring) {
     ring_low_[ring] = far;
     for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)
@@ -149,20 +137,21 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
   }
   for (int ring = rings() - 2; ring >= 0; --ring)
     ring_low_[ring] = std::min(ring_low_[ring], ring_low_[ring + 1]);
-  for (int v : order_) distance_[v] = far;
+  for (int i = 0; i < size_; ++i) distance_[order_[i]] = far;
   link_region(weights.of_link.data());
 }
 
 /// Splits the neighbours of each vertex by the order, and adds up what ends at it.
 void Region::link_region(const std::uint32_t* weights) {
-  const std::size_t n = order_.size();
+  const auto n = static_cast<std::size_t>(size_);
   start_.resize(n + 1);
   middle_.resize(n);
   outer_.resize(n);
   own_.resize(n);
   farthest_.resize(n);
   std::size_t entries = spare_links;
-  for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
+  for (std::size_t i = 0; i < n; ++i)
+    entries += static_cast<std::size_t>(mesh_.link_start[order_[i] + 1] - mesh_.link_start[order_[i]]);
   const auto make_room = [&](auto& list) {
     if (list.size() >= entries) return;
     list = {};  // never both at once

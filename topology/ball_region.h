@@ -44,7 +44,7 @@ class Region {
   /// rings of hops all the same. Precondition: limit < 2^31.
   void grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights);
 
-  int size() const { return static_cast<int>(order_.size()); }
+  int size() const { return size_; }
   /// How many vertices from the first on hold all that lie within `distance` of the patch (hops, or quanta).
   int size_within(std::uint32_t distance) const {
     int ring = rings();
@@ -54,7 +54,7 @@ class Region {
   int rings() const { return static_cast<int>(ring_start_.size()) - 1; }
   int ring_start(int ring) const { return ring_start_[ring]; }
   int patch() const { return patch_; }
-  const std::vector<int>& order() const { return order_; }
+  const int* order() const { return order_.data(); }
   /// 1 + the place of a vertex in the order, or 0 outside the region.
   const int* slot() const { return slot_.data(); }
   /// Cells (triangles, edges, the vertex) whose last corner is each vertex.
@@ -65,8 +65,7 @@ class Region {
 
  private:
   void clear();
-  template <class Wanted>
-  void order_by_hops(const int* sources, int count, int hops, const Wanted& wanted);
+  void order_by_hops(const int* sources, int count, int hops, const std::uint32_t* distance);
   void reach_from(int v, std::uint32_t limit, const LinkWeights& weights);
   void link_region(const std::uint32_t* weights);
 
@@ -86,7 +85,7 @@ class Region {
       buckets_;  ///< those reached, by distance / width_, round and round
   std::uint32_t width_ = 1;
   int waiting_ = 0;
-  int patch_ = 0;
+  int size_ = 0, patch_ = 0;
 };
 
 /// Dijkstra's algorithm in doubles, as PlainSearch adds them up. Keeps its memory: one for each thread.
