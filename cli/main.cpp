@@ -238,6 +238,8 @@ class Program {
     sub->add_option("--grasp", evaluate_.grasp, "a geocage-grasp file")->required();
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
+    sub->add_option("--loads", evaluate_.loads,
+                    "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
     sub->add_flag("--margins", evaluate_.margins,
                   "also bisect the smallest friction, largest push and noise, and how far fingers may open");

@@ -268,6 +268,7 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
   } else {
     stages::EvaluateParams params;
     params.protocol = protocol;
+    if (protocol == stages::EvaluateParams{}.protocol) params.loads = options.loads;
     params.object_geometry = "given";
     params.recorded_grasps = recorded, params.lift_grasps = every, params.margin_grasps = bisected;
     keep(pipeline::contained<stages::Evaluations>(limits_of_evaluation(), where, [&] {
@@ -281,6 +282,11 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
 
 int evaluate(const Shared& shared, const EvaluateOptions& options) {
   const auto protocols = protocols_of(options.protocol);
+  physics::find_loads(options.loads);
+  if (options.loads != stages::EvaluateParams{}.loads &&
+      std::ranges::count(protocols, stages::EvaluateParams{}.protocol) == 0)
+    throw UserError(Fault::configuration, "--loads", "presets of others name their own loads, the six pushes",
+                    "leave it out, or add geocage-force to --protocol");
   if (options.record.has_parent_path() && !fs::is_directory(options.record.parent_path()))
     throw UserError(Fault::configuration, "--record " + options.record.string(), "its folder is not there");
   const auto hand = hands::load_hand(options.hand);

@@ -6,74 +6,63 @@
 
 namespace geocage::topology {
 
-namespace {
+Patches::Patches(const BallMesh& mesh)
+    : mesh_(mesh), patch_of_(static_cast<std::size_t>(mesh.count) + 1, -1), seen_by_(patch_of_) {}
+
+void Patches::next(std::vector<int>& sources) {
+  constexpr std::size_t farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
+  sources.clear();
+  const std::lock_guard lock(mutex_);
+  while (seed_ < mesh_.count && patch_of_[seed_] >= 0) ++seed_;
+  if (seed_ == mesh_.count) return;
+  queue_.assign(1, seed_);
+  seen_by_[seed_] = seed_;
+  for (std::size_t head = 0; head < queue_.size() && sources.size() < lanes && head < farthest_seen; ++head) {
+    const int v = queue_[head];
+    if (patch_of_[v] < 0) {
+      patch_of_[v] = seed_;
+      sources.push_back(v);
+    }
+    for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
+      const int w = mesh_.links.neighbour[i];
+      if (w == mesh_.count || seen_by_[w] == seed_) continue;
+      seen_by_[w] = seed_;
+      queue_.push_back(w);
+    }
+  }
+  order(sources);
+}
 
 /// First what has no neighbour outside of its patch, then the others one after the other round its middle:
 /// the rings of a region keep that order, so that a ball is few runs of each.
-void order_patch(const BallMesh& mesh, const std::vector<int>& patch_of, int* begin, int* end) {
-  const int patch = patch_of[*begin];
+void Patches::order(std::vector<int>& patch) const {
   geometry::Vec3 middle = geometry::Vec3::Zero(), normal = middle;
-  for (const int* v = begin; v < end; ++v) middle += mesh.position(*v);
-  middle /= static_cast<double>(end - begin);
+  for (int v : patch) middle += mesh_.position(v);
+  middle /= static_cast<double>(patch.size());
   const auto inner = [&](int v) {
-    for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i)
-      if (patch_of[mesh.links.neighbour[i]] != patch) return false;
+    for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i)
+      if (patch_of_[mesh_.links.neighbour[i]] != seed_) return false;
     return true;
   };
+  int *const begin = patch.data(), *const end = begin + patch.size();
   int* const border = std::stable_partition(begin, end, inner);
   for (const int* v = border; v < end; ++v) {
-    const int first = mesh.link_start[*v], last = mesh.link_start[*v + 1];
+    const int first = mesh_.link_start[*v], last = mesh_.link_start[*v + 1];
     for (int i = first; i < last; ++i) {
-      const int from = mesh.links.neighbour[i], to = mesh.links.neighbour[i + 1 < last ? i + 1 : first];
-      if (from == mesh.count || to == mesh.count) continue;
-      normal += (mesh.position(from) - mesh.position(*v)).cross(mesh.position(to) - mesh.position(*v));
+      const int from = mesh_.links.neighbour[i], to = mesh_.links.neighbour[i + 1 < last ? i + 1 : first];
+      if (from == mesh_.count || to == mesh_.count) continue;
+      normal += (mesh_.position(from) - mesh_.position(*v)).cross(mesh_.position(to) - mesh_.position(*v));
     }
   }
   const geometry::Vec3 u = normal.unitOrthogonal(), w = normal.cross(u) / std::max(normal.norm(), 1e-300);
   std::pair<double, int> around[lanes];
   for (int* v = border; v < end; ++v) {
-    const geometry::Vec3 out = mesh.position(*v) - middle;
+    const geometry::Vec3 out = mesh_.position(*v) - middle;
     const double x = out.dot(u), y = out.dot(w), far = std::abs(x) + std::abs(y);
     around[v - border] = {far > 0 ? std::copysign(1 - x / far, y) : 0, *v};  // grows with the angle
   }
   std::sort(around, around + (end - border));
   for (int* v = border; v < end; ++v) *v = around[v - border].second;
-}
-
-}  // namespace
-
-Patches make_patches(const BallMesh& mesh) {
-  constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
-  Patches patches;
-  patches.start.push_back(0);
-  std::vector<int> patch_of(static_cast<std::size_t>(mesh.count) + 1, -1);
-  std::vector<int> seen(static_cast<std::size_t>(mesh.count) + 1, -1), queue;
-  for (int seed = 0; seed < mesh.count; ++seed) {
-    if (patch_of[seed] >= 0) continue;
-    queue.assign(1, seed);
-    seen[seed] = seed;
-    const std::size_t full = patches.sources.size() + lanes;
-    for (std::size_t head = 0; head < queue.size() && patches.sources.size() < full && head < farthest_seen;
-         ++head) {
-      const int v = queue[head];
-      if (patch_of[v] < 0) {
-        patch_of[v] = patches.count();
-        patches.sources.push_back(v);
-      }
-      for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
-        const int w = mesh.links.neighbour[i];
-        if (w == mesh.count || seen[w] == seed) continue;
-        seen[w] = seed;
-        queue.push_back(w);
-      }
-    }
-    patches.start.push_back(static_cast<int>(patches.sources.size()));
-  }
-#pragma omp parallel for schedule(static)
-  for (int i = 0; i < patches.count(); ++i)
-    order_patch(mesh, patch_of, patches.sources.data() + patches.start[i],
-                patches.sources.data() + patches.start[i + 1]);
-  return patches;
 }
 
 void Region::clear() {

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <mutex>
 #include <vector>
 
 #include "topology/ball_mesh.h"
@@ -8,13 +9,22 @@
 
 namespace geocage::topology {
 
-/// Vertices grouped into compact patches of at most `lanes`; a patch's balls are grown together.
-struct Patches {
-  std::vector<int> sources;  ///< ranks, each vertex once
-  std::vector<int> start;    ///< of each patch, and the end
-  int count() const { return static_cast<int>(start.size()) - 1; }
+/// Groups vertices into compact patches of at most `lanes`, whose balls are grown together: each vertex is in
+/// one of them, and they come in the same order whoever asks. Any thread may ask for the next one.
+class Patches {
+ public:
+  explicit Patches(const BallMesh& mesh);
+  /// The ranks of the next patch; none when all have been given out.
+  void next(std::vector<int>& sources);
+
+ private:
+  void order(std::vector<int>& patch) const;
+  const BallMesh& mesh_;
+  std::mutex mutex_;
+  int seed_ = 0;                         ///< all before it are in patches
+  std::vector<int> patch_of_, seen_by_;  ///< seeds, or -1
+  std::vector<int> queue_;
 };
-Patches make_patches(const BallMesh& mesh);
 
 /// Lengths of a mesh's links in whole quanta.
 struct LinkWeights {

@@ -48,7 +48,7 @@ class Aligned {
 struct Job {
   const BallMesh mesh;
   const VertexGrid grid;
-  const Patches patches;
+  Patches patches;
   const Metric metric;
   const BallOptions options;
   std::vector<int> hop_limits;
@@ -59,7 +59,7 @@ struct Job {
   BallSet& set;
 
   Job(const TriangleMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
-      : mesh(m), grid(mesh), patches(make_patches(mesh)), metric(used_metric), options(o), set(out) {
+      : mesh(m), grid(mesh), patches(mesh), metric(used_metric), options(o), set(out) {
     for (const BallFields& ball : set.radii) largest_m = std::max(largest_m, ball.radius_m);
     if (metric == Metric::hop)
       count_hops();
@@ -83,6 +83,7 @@ struct Job {
     const double quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
     double shortest = largest_m;
     link_weights.of_link.resize(mesh.links.neighbour.size());
+#pragma omp parallel for schedule(static) reduction(min : shortest)
     for (int v = 0; v < mesh.count; ++v)
       for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
         if (mesh.links.neighbour[i] == mesh.count) continue;
@@ -119,9 +120,9 @@ class PatchBalls {
         walker_(job.mesh, job.grid),
         masks_(job.set.radii.size()) {}
 
-  void run(int patch) {
-    sources_ = job_.patches.sources.data() + job_.patches.start[patch];
-    count_ = job_.patches.start[patch + 1] - job_.patches.start[patch];
+  void run(const std::vector<int>& patch) {
+    sources_ = patch.data();
+    count_ = static_cast<int>(patch.size());
     for (int w = 0; w < mask_words; ++w) too_far_[w] = 0;
     if (job_.metric == Metric::hop)
       grow_hops();
@@ -446,8 +447,8 @@ BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& ra
 #pragma omp parallel
   {
     PatchBalls balls(job);
-#pragma omp for schedule(dynamic, 1)
-    for (int patch = 0; patch < job.patches.count(); ++patch) balls.run(patch);
+    std::vector<int> patch;
+    for (job.patches.next(patch); !patch.empty(); job.patches.next(patch)) balls.run(patch);
 #pragma omp critical
     {
       too_far.insert(too_far.end(), balls.too_far.begin(), balls.too_far.end());
