@@ -76,7 +76,7 @@ int plan(const Shared& shared, const std::filesystem::path& scene);
 
 struct EvaluateOptions {
   std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
-  std::string hand, protocol = "geocage-force", unit = "m";
+  std::string hand, protocol = "geocage-force", unit = "m", loads = "axes";
   bool margins = false;  ///< bisected, too
   int decimate = 0;      ///< to so many faces, meshes of more than ten million
 };

@@ -135,14 +135,13 @@ CageTrial wrench_trial(const CageProtocol& protocol, const ObjectBody& object, c
   trial.recording = recording, trial.phase = "wrench";
   geometry::RandomStream random(seed, 0);
   const double newtons = amplitude * object.mass_kg * protocol.gravity_m_s2;
-  const double gyration_m = std::sqrt(object.inertia_kg_m2.mean() / object.mass_kg);
   const int hold = steps_of(protocol.wrench_hold_s, protocol.engine.dt_s);
   Load load;
   const auto next = [&](int step) {
     if (step % hold == 0) {
       const double push = newtons * random.normal();
       load.force_W_n = push * random.direction();
-      const double twist = newtons * gyration_m * random.normal();
+      const double twist = newtons * gyration_m(object) * random.normal();
       load.torque_W_nm = twist * random.direction();
     }
     return load;

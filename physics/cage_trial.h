@@ -32,7 +32,7 @@ CageTrial ring_trial(const CageProtocol& protocol, const ObjectBody& object, con
                      Recording* recording = nullptr);
 
 /// Random wrenches, a new one every `wrench_hold_s`: force direction even over the sphere with magnitude
-/// N(0, (a m g)^2), torque likewise with a m g r_g, r_g the root of the mean principal moment over the mass.
+/// N(0, (a m g)^2), torque likewise with a m g r_g, r_g the radius of gyration.
 /// Lost as above, and when a straight way out exists at the end. Tier B2.
 CageTrial wrench_trial(const CageProtocol& protocol, const ObjectBody& object, const EscapeTest& escape,
                        double amplitude, std::uint64_t seed, Recording* recording = nullptr);

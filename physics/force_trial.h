@@ -1,6 +1,8 @@
 #pragma once
-#include <array>
 #include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "physics/outcome.h"
 #include "physics/posture.h"
@@ -12,12 +14,21 @@
 
 namespace geocage::physics {
 
-/// A unit direction along an axis of the object.
+/// A load along a unit vector of O: a force through the centre of mass, or where it `turns`, a torque.
 struct Direction {
-  const char* name;
+  std::string name;  ///< "+x", "-y+z"
   geometry::Vec3 axis_O;
+  bool turns = false;
+
+  /// "push +x", "turn +x".
+  std::string trial() const { return (turns ? "turn " : "push ") + name; }
 };
-const std::array<Direction, 6>& six_directions();
+/// Along the axes of O.
+const std::vector<Direction>& six_directions();
+/// The loads of a force test by name. "axes": the six. "all": 26 forces, towards the faces (the six), edges
+/// and corners of a cube, then six torques about the axes. UserError (configuration) with the known names.
+const std::vector<Direction>& find_loads(std::string_view name);
+std::vector<std::string> load_set_names();
 
 /// `q` squeezed along the hand's closing directions, within the joints' limits.
 Eigen::VectorXd squeezed(const hands::Hand& hand, const Eigen::VectorXd& q, const Grip& grip);
@@ -32,11 +43,12 @@ struct PushTrial {
   int steps = 0;
 };
 
-/// Settles the object in the squeezing hand, then pushes its centre of mass with mass * acceleration along
-/// `axis_O`, in a world of its own. Motion is that of the centre of mass and the body's axes against the
-/// (fixed) palm. With a `recording`, it gets the frames.
+/// Settles the object in the squeezing hand, then loads it in a world of its own: with mass * acceleration
+/// through the centre of mass, or a torque of that force times the radius of gyration. The load keeps its
+/// direction in W. Motion is that of the centre of mass and the body's axes against the (fixed) palm. With a
+/// `recording`, it gets the frames.
 PushTrial push_trial(const Protocol& protocol, const ObjectBody& object, const hands::Hand& hand,
-                     const Posture& posture, const geometry::Vec3& axis_O, std::uint64_t seed,
+                     const Posture& posture, const Direction& way, std::uint64_t seed,
                      Recording* recording = nullptr);
 
 }  // namespace geocage::physics

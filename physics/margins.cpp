@@ -58,7 +58,7 @@ int draws_held(const Protocol& protocol, const ObjectBody& object, const hands::
     const Posture posture = posture_at(hand, *object.field, X, closed.q);
     if (posture.penetration_m > protocol.max_start_penetration_m) return false;
     return std::ranges::all_of(six_directions(), [&](const Direction& way) {
-      return push_trial(protocol, object, hand, posture, way.axis_O, seed).outcome == Outcome::held;
+      return push_trial(protocol, object, hand, posture, way, seed).outcome == Outcome::held;
     });
   };
   if (noise == 0) return holds(draws.front()) ? rule.draws : 0;  // all are the same

@@ -52,6 +52,10 @@ ObjectBody solid_body(const geometry::TriangleMesh& mesh, const geometry::Signed
   return body;
 }
 
+double gyration_m(const ObjectBody& object) {
+  return std::sqrt(object.inertia_kg_m2.mean() / object.mass_kg);
+}
+
 World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& hand, const Pose& X_WH,
              const Eigen::VectorXd& q, std::uint64_t seed, const Pose& X_WO)
     : engine_(engine),

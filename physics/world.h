@@ -20,6 +20,9 @@ struct ObjectBody {
   geometry::Vec3 inertia_kg_m2 = geometry::Vec3::Ones();  ///< about the axes of B
 };
 
+/// Radius of gyration: the root of the mean principal moment over the mass.
+double gyration_m(const ObjectBody& object);
+
 /// Mass properties of the solid inside `mesh`, of even density: of this mass, or of this density where one is
 /// given. UserError (geometry) where the volume is not positive.
 ObjectBody solid_body(const geometry::TriangleMesh& mesh, const geometry::SignedDistanceField& field,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -21,10 +22,6 @@ using physics::Protocol;
 using physics::PushTrial;
 using pipeline::Fault;
 using pipeline::UserError;
-
-std::size_t directions() {
-  return physics::six_directions().size();
-}
 
 double degrees(double rad) {
   return rad * 180 / std::numbers::pi;
@@ -57,57 +54,71 @@ std::vector<Evaluation> screened(const std::vector<Posture>& postures,
   return list;
 }
 
-/// All directions of each posture, in order; one world a trial, so threads share nothing.
-std::vector<PushTrial> push_all(const Protocol& protocol, const physics::ObjectBody& object,
-                                const hands::Hand& hand, const std::vector<Posture>& postures,
-                                std::uint64_t seed, pipeline::Run& run) {
-  const auto& directions = physics::six_directions();
-  std::vector<PushTrial> trials(postures.size() * directions.size());
-  std::size_t done = 0;
+using Ways = std::vector<physics::Direction>;
+
+/// What all trials of a run share.
+struct Bench {
+  Protocol protocol;
+  const physics::ObjectBody& object;
+  const hands::Hand& hand;
+  const Ways& ways;  ///< the loads of each grasp
+  std::uint64_t seed;
+
+  PushTrial push(const Posture& posture, std::size_t way, physics::Recording* recording = nullptr) const {
+    return physics::push_trial(protocol, object, hand, posture, ways[way], seed, recording);
+  }
+};
+
+/// The trials of some postures, posture by posture.
+struct Trials {
+  std::vector<PushTrial> list;
+  std::size_t ways;
+
+  std::span<const PushTrial> of(std::size_t posture) const {
+    return std::span(list).subspan(posture * ways, ways);
+  }
+};
+
+/// All loads of the bench on each posture; one world a trial, so threads share nothing.
+Trials push_all(const Bench& bench, const std::vector<Posture>& postures,
+                const std::function<void()>& one_done) {
+  const std::size_t ways = bench.ways.size();
+  Trials trials{std::vector<PushTrial>(postures.size() * ways), ways};
 #pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    const Posture& posture = postures[i / directions.size()];
-    trials[i] =
-        physics::push_trial(protocol, object, hand, posture, directions[i % directions.size()].axis_O, seed);
+  for (std::size_t i = 0; i < trials.list.size(); ++i) {
+    trials.list[i] = bench.push(postures[i / ways], i % ways);
 #pragma omp critical
-    run.progress(++done, trials.size());
+    one_done();
   }
   return trials;
 }
 
-std::string push_name(std::size_t direction) {
-  return fmt::format("push {}", physics::six_directions()[direction].name);
-}
-
 /// The pushes of the first grasps once more, for playback.
-std::vector<physics::Recording> recorded(const Evaluations& all, const Protocol& protocol,
-                                         const physics::ObjectBody& object, const hands::Hand& hand,
+std::vector<physics::Recording> recorded(const Evaluations& all, const Bench& bench,
                                          const std::vector<Posture>& postures,
                                          const hands::GraspSet& grasps) {
   std::vector<physics::Recording> recordings;
   int wanted = all.params.recorded_grasps;
   for (const Evaluation& evaluation : all.list) {
     if (evaluation.outcome == Outcome::rejected || wanted-- <= 0) continue;
-    for (std::size_t d = 0; d < directions(); ++d) {
+    for (const physics::Direction& way : bench.ways) {
       physics::Recording& one = recordings.emplace_back();
-      one.grasp = evaluation.grasp, one.hand = hand.name, one.protocol = protocol.name;
+      one.grasp = evaluation.grasp, one.hand = bench.hand.name, one.protocol = bench.protocol.name;
       one.object = grasps.grasps[evaluation.grasp].object;
-      one.trial = push_name(d), one.joints = hand.tree.dof_names;
+      one.trial = way.trial(), one.joints = bench.hand.tree.dof_names;
     }
   }
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < recordings.size(); ++i)
-    recordings[i].outcome = physics::push_trial(protocol, object, hand, postures[recordings[i].grasp],
-                                                physics::six_directions()[i % directions()].axis_O,
-                                                all.params.seed, &recordings[i])
-                                .outcome;
+    recordings[i].outcome =
+        bench.push(postures[recordings[i].grasp], i % bench.ways.size(), &recordings[i]).outcome;
   return recordings;
 }
 
 /// Lift, shake and release of the first grasps, and the margins of the first ones.
-void add_lifts_and_margins(Evaluations& all, const Protocol& protocol, const physics::ObjectBody& object,
-                           const hands::Hand& hand, const std::vector<Posture>& postures,
+void add_lifts_and_margins(Evaluations& all, const Bench& bench, const std::vector<Posture>& postures,
                            const hands::GraspSet& grasps) {
+  const auto& [protocol, object, hand, ways, seed] = bench;
   std::vector<Evaluation*> simulated;
   for (Evaluation& evaluation : all.list)
     if (evaluation.outcome != Outcome::rejected) simulated.push_back(&evaluation);
@@ -121,7 +132,7 @@ void add_lifts_and_margins(Evaluations& all, const Protocol& protocol, const phy
     film.object = grasps.grasps[grasp].object, film.trial = "lift", film.joints = hand.tree.dof_names;
     const bool kept = i < static_cast<std::size_t>(all.params.recorded_grasps);
     simulated[i]->lift =
-        physics::lift_trial(protocol, object, hand, postures[grasp], all.params.seed, kept ? &film : nullptr);
+        physics::lift_trial(protocol, object, hand, postures[grasp], seed, kept ? &film : nullptr);
     film.outcome = simulated[i]->lift->outcome;
   }
   for (const physics::Recording& film : films)
@@ -133,16 +144,14 @@ void add_lifts_and_margins(Evaluations& all, const Protocol& protocol, const phy
     const int grasp = simulated[i]->grasp;
     const auto open = physics::open_posture(hand, *object.field, grasps.grasps[grasp]);
     simulated[i]->margins =
-        physics::force_margins(protocol, object, hand, postures[grasp].X_OH, open.q, rule, all.params.seed);
+        physics::force_margins(protocol, object, hand, postures[grasp].X_OH, open.q, rule, seed);
   }
 }
 
-/// A sample of the pushes of all simulated grasps, at half the step and with twice the iterations.
-physics::SelfCheck checked(const Evaluations& all, const Protocol& protocol,
-                           const physics::ObjectBody& object, const hands::Hand& hand,
-                           const std::vector<Posture>& postures) {
+/// A sample of the trials of all simulated grasps, at half the step and with twice the iterations.
+physics::SelfCheck checked(const Evaluations& all, const Bench& bench, const std::vector<Posture>& postures) {
   struct Again {
-    std::size_t grasp, direction;
+    std::size_t grasp, way;
     Outcome first, at_half_step = Outcome::held, at_twice_iterations = Outcome::held;
   };
   std::vector<Again> pushes, sample;
@@ -151,23 +160,19 @@ physics::SelfCheck checked(const Evaluations& all, const Protocol& protocol,
       pushes.push_back({static_cast<std::size_t>(evaluation.grasp), d, evaluation.directions[d].outcome});
   for (const std::size_t i : physics::even_sample(pushes.size(), all.params.self_check_trials))
     sample.push_back(pushes[i]);
-  Protocol half = protocol, twice = protocol;
-  half.engine.dt_s /= 2;
-  twice.engine.iterations *= 2;
+  Bench half = bench, twice = bench;
+  half.protocol.engine.dt_s /= 2;
+  twice.protocol.engine.iterations *= 2;
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < sample.size(); ++i) {
-    const auto again = [&](const Protocol& other) {
-      return physics::push_trial(other, object, hand, postures[sample[i].grasp],
-                                 physics::six_directions()[sample[i].direction].axis_O, all.params.seed)
-          .outcome;
-    };
-    sample[i].at_half_step = again(half);
-    sample[i].at_twice_iterations = again(twice);
+    const Posture& posture = postures[sample[i].grasp];
+    sample[i].at_half_step = half.push(posture, sample[i].way).outcome;
+    sample[i].at_twice_iterations = twice.push(posture, sample[i].way).outcome;
   }
   physics::SelfCheck check;
   for (const Again& one : sample)
-    check.count(fmt::format("grasp {}, {}", one.grasp, push_name(one.direction)), one.first, one.at_half_step,
-                one.at_twice_iterations);
+    check.count(fmt::format("grasp {}, {}", one.grasp, bench.ways[one.way].trial()), one.first,
+                one.at_half_step, one.at_twice_iterations);
   return check;
 }
 
@@ -178,22 +183,27 @@ Outcome worst(std::span<const PushTrial> trials) {
   return Outcome::held;
 }
 
-std::string lost_reason(const std::vector<DirectionResult>& pushes, const Protocol& protocol) {
-  std::vector<std::string> losses;
-  for (const DirectionResult& push : pushes)
-    if (push.outcome == Outcome::lost)
-      losses.push_back(fmt::format("{} after {:.2f} s", push.name, push.ended_s));
+std::string lost_reason(const Evaluation& evaluation, const Bench& bench) {
+  std::vector<std::string> pushes, turns;
+  for (std::size_t i = 0; i < bench.ways.size(); ++i) {
+    const DirectionResult& one = evaluation.directions[i];
+    if (one.outcome == Outcome::lost)
+      (bench.ways[i].turns ? turns : pushes)
+          .push_back(fmt::format("{} after {:.2f} s", bench.ways[i].name, one.ended_s));
+  }
+  const Protocol& protocol = bench.protocol;
   if (protocol.contact_holds)
-    return fmt::format("no contact was left after pushes along {}", fmt::join(losses, ", "));
-  if (!std::isfinite(protocol.max_rotation_rad))
-    return fmt::format("moved by {:.0f} cm when pushed along {}", 1e2 * protocol.max_translation_m,
-                       fmt::join(losses, ", "));
-  return fmt::format("moved by {:.0f} cm or {:.0f} deg when pushed along {}",
-                     1e2 * protocol.max_translation_m, degrees(protocol.max_rotation_rad),
-                     fmt::join(losses, ", "));
+    return fmt::format("no contact was left after pushes along {}", fmt::join(pushes, ", "));
+  std::string text = fmt::format("moved by {:.0f} cm", 1e2 * protocol.max_translation_m);
+  if (std::isfinite(protocol.max_rotation_rad))
+    text += fmt::format(" or {:.0f} deg", degrees(protocol.max_rotation_rad));
+  if (!pushes.empty()) text += fmt::format(" when pushed along {}", fmt::join(pushes, ", "));
+  if (!turns.empty()) text += fmt::format(" when turned about {}", fmt::join(turns, ", "));
+  return text;
 }
 
-std::string reason(const Evaluation& evaluation, const Protocol& protocol) {
+std::string reason(const Evaluation& evaluation, const Bench& bench) {
+  const Protocol& protocol = bench.protocol;
   switch (evaluation.outcome) {
     case Outcome::error:
       return fmt::format("the simulation failed: NaN, more than {:.0f} m/s, or {:.1f} mm inside",
@@ -204,34 +214,40 @@ std::string reason(const Evaluation& evaluation, const Protocol& protocol) {
           1e3 * evaluation.drift_m, degrees(evaluation.drift_rad), 1e3 * protocol.max_drift_m,
           degrees(protocol.max_drift_rad));
     case Outcome::lost:
-      return lost_reason(evaluation.directions, protocol);
+      return lost_reason(evaluation, bench);
     default:
-      return fmt::format("held against {} pushes{}", evaluation.directions.size(),
-                         protocol.contact_holds ? ": some contact was left" : "");
+      break;
   }
+  const auto turns = std::ranges::count(bench.ways, true, &physics::Direction::turns);
+  return fmt::format("held against {} pushes{}{}", bench.ways.size() - turns,
+                     turns > 0 ? fmt::format(" and {} torques", turns) : "",
+                     protocol.contact_holds ? ": some contact was left" : "");
 }
 
-void judge(Evaluation& evaluation, std::span<const PushTrial> trials, const Protocol& protocol) {
+void judge(Evaluation& evaluation, std::span<const PushTrial> trials, const Bench& bench) {
   for (std::size_t d = 0; d < trials.size(); ++d) {
     const PushTrial& trial = trials[d];
     evaluation.drift_m = std::max(evaluation.drift_m, trial.drift_m);
     evaluation.drift_rad = std::max(evaluation.drift_rad, trial.drift_rad);
     evaluation.max_penetration_m = std::max(evaluation.max_penetration_m, trial.penetration_m);
-    evaluation.directions.push_back({physics::six_directions()[d].name, trial.outcome, trial.displacement_m,
+    const physics::Direction& way = bench.ways[d];
+    evaluation.directions.push_back({way.turns ? way.trial() : way.name, trial.outcome, trial.displacement_m,
                                      trial.rotation_rad, trial.ended_s});
   }
   evaluation.outcome = worst(trials);
-  evaluation.reason = reason(evaluation, protocol);
+  evaluation.reason = reason(evaluation, bench);
 }
 
-Control control(const char* label, Control::Rule rule, std::span<const PushTrial> trials) {
+/// Of `count` postures from the first one on.
+Control control(const char* label, Control::Rule rule, const Trials& trials, std::size_t first,
+                std::size_t count) {
   Control control{label, rule};
-  control.trials = static_cast<int>(trials.size());
-  for (; !trials.empty(); trials = trials.subspan(directions())) {
-    const auto held = std::ranges::count(trials.first(directions()), Outcome::held, &PushTrial::outcome);
+  for (std::size_t i = first; i < first + count; ++i) {
+    const auto held = std::ranges::count(trials.of(i), Outcome::held, &PushTrial::outcome);
     ++control.grasps;
+    control.trials += static_cast<int>(trials.ways);
     control.held += static_cast<int>(held);
-    control.passed += held == static_cast<long>(directions());
+    control.passed += held == static_cast<long>(trials.ways);
   }
   return control;
 }
@@ -239,8 +255,13 @@ Control control(const char* label, Control::Rule rule, std::span<const PushTrial
 /// The named protocol, with the friction that geocage's own test lets one choose.
 Protocol protocol_of(const EvaluateParams& params) {
   Protocol protocol = physics::find_protocol(params.protocol);
+  const bool own = protocol.name == "geocage-force";
+  if (!own && params.loads != EvaluateParams{}.loads)
+    throw UserError(Fault::configuration, "evaluate.loads",
+                    fmt::format("{} names its own loads, the six pushes", protocol.name),
+                    "leave it out, or choose the protocol geocage-force");
   if (params.friction == physics::Engine{}.friction) return protocol;
-  if (protocol.name != "geocage-force")
+  if (!own)
     throw UserError(Fault::configuration, "evaluate.friction",
                     fmt::format("{} names its own friction, {}", protocol.name, protocol.engine.friction),
                     "leave it out, or choose the protocol geocage-force");
@@ -248,9 +269,10 @@ Protocol protocol_of(const EvaluateParams& params) {
   return protocol;
 }
 
-void report(const Evaluations& all, const std::vector<PushTrial>& trials, pipeline::Run& run) {
+void report(const Evaluations& all, std::initializer_list<const Trials*> trials, pipeline::Run& run) {
   double steps = 0;
-  for (const PushTrial& trial : trials) steps += trial.steps;
+  for (const Trials* some : trials)
+    for (const PushTrial& trial : some->list) steps += trial.steps;
   for (const Outcome outcome : physics::outcomes)
     run.metric(std::string(physics::name(outcome)), all.count(outcome));
   for (const Control& control : all.controls) {
@@ -276,6 +298,9 @@ void EvaluateParams::visit(pipeline::Fields& f) {
   f("protocol", protocol, physics::protocol_names(),
     "named test: loads, friction, limits and engine settings");
   f("friction", friction, {0, 10}, "Coulomb's mu of every contact, of geocage-force alone");
+  f("loads", loads, physics::load_set_names(),
+    "axes: six pushes; all: 26 towards faces, edges and corners of a cube, and six torques; of geocage-force "
+    "alone");
   f("object_geometry", object_geometry, {"truth", "reconstruction", "given"},
     "which geometry of the object is simulated; kept with the results");
   f("control_grasps", control_grasps, {1, 1e6},
@@ -302,32 +327,34 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   const auto body = physics::solid_body(object, field, protocol.mass_kg, protocol.density_kg_m3);
   const std::vector<Posture> postures = physics::postures_of(grasps, hand, field);
 
+  const Bench bench{protocol, body, hand, physics::find_loads(params.loads), params.seed};
+  const Bench control_bench{protocol, body, hand, physics::six_directions(), params.seed};
+
   Evaluations all{params, screened(postures, trajectories.trajectories, protocol), {}, {}, {}};
-  std::vector<Posture> tested;
+  std::vector<Posture> tested, nulls;
   for (const Evaluation& evaluation : all.list)
     if (evaluation.outcome != Outcome::rejected) tested.push_back(postures[evaluation.grasp]);
   const std::size_t controls = hand.net ? 0 : std::min<std::size_t>(postures.size(), params.control_grasps);
-  for (std::size_t i = 0; i < controls; ++i) tested.push_back(physics::far_posture(hand, postures[i]));
+  for (std::size_t i = 0; i < controls; ++i) nulls.push_back(physics::far_posture(hand, postures[i]));
   for (std::size_t i = 0; i < controls; ++i)
-    tested.push_back(physics::open_posture(hand, field, grasps.grasps[i]));
+    nulls.push_back(physics::open_posture(hand, field, grasps.grasps[i]));
   for (std::size_t i = 0; i < controls; ++i)
-    tested.push_back(physics::random_posture(hand, field, postures[i], params.seed, i));
+    nulls.push_back(physics::random_posture(hand, field, postures[i], params.seed, i));
 
-  const std::vector<PushTrial> trials = push_all(protocol, body, hand, tested, params.seed, run);
-  std::span<const PushTrial> rest(trials);
-  for (Evaluation& evaluation : all.list) {
-    if (evaluation.outcome == Outcome::rejected) continue;
-    judge(evaluation, rest.first(directions()), protocol);
-    rest = rest.subspan(directions());
-  }
-  const std::size_t share = rest.size() / 3;
-  all.controls = {control("hand 1 m away", Control::Rule::no_trial_holds, rest.first(share)),
-                  control("open hand", Control::Rule::no_grasp_passes, rest.subspan(share, share)),
-                  control("random fingers", Control::Rule::reported, rest.last(share))};
-  all.self_check = checked(all, protocol, body, hand, postures);
-  all.recordings = recorded(all, protocol, body, hand, postures, grasps);
-  add_lifts_and_margins(all, protocol, body, hand, postures, grasps);
-  report(all, trials, run);
+  const std::size_t wanted = tested.size() * bench.ways.size() + nulls.size() * control_bench.ways.size();
+  std::size_t done = 0;
+  const auto one_done = [&] { run.progress(++done, wanted); };
+  const Trials trials = push_all(bench, tested, one_done), known = push_all(control_bench, nulls, one_done);
+  std::size_t next = 0;
+  for (Evaluation& evaluation : all.list)
+    if (evaluation.outcome != Outcome::rejected) judge(evaluation, trials.of(next++), bench);
+  all.controls = {control("hand 1 m away", Control::Rule::no_trial_holds, known, 0, controls),
+                  control("open hand", Control::Rule::no_grasp_passes, known, controls, controls),
+                  control("random fingers", Control::Rule::reported, known, 2 * controls, controls)};
+  all.self_check = checked(all, bench, postures);
+  all.recordings = recorded(all, bench, postures, grasps);
+  add_lifts_and_margins(all, bench, postures, grasps);
+  report(all, {&trials, &known}, run);
   return all;
 }
 

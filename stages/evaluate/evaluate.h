@@ -27,6 +27,7 @@ namespace geocage::stages {
 struct EvaluateParams {
   std::string protocol = "geocage-force";
   double friction = physics::Engine{}.friction;
+  std::string loads = "axes";
   std::string object_geometry = "truth";
   int control_grasps = 4;
   int self_check_trials = 6;
@@ -40,15 +41,15 @@ struct EvaluateParams {
 
 using physics::Outcome;
 
-/// One push of a grasp.
+/// One push of a grasp, or one torque.
 struct DirectionResult {
-  std::string name;
+  std::string name;  ///< "+x", "turn +x"
   Outcome outcome = Outcome::held;
   double max_displacement_m = 0, max_rotation_rad = 0;  ///< from the settled pose, against the palm
   double ended_s = 0;                                   ///< after the push began: lost, at rest, or time over
 };
 
-/// One grasp under all pushes.
+/// One grasp under all loads.
 struct Evaluation {
   int grasp = 0;  ///< index into the grasps
   Outcome outcome = Outcome::held;
@@ -72,17 +73,17 @@ struct Evaluations {
   bool valid() const { return std::ranges::all_of(controls, &physics::Control::ok); }
 };
 
-/// Pushes the object in each grasp's closing hand (README: a force test, not a cage test). The grasps may
+/// Loads the object in each grasp's closing hand (README: a force test, not a cage test). The grasps may
 /// come from a reconstruction; `object` and `field` are the same geometry, named by `object_geometry`. One
 /// trajectory a grasp, or none at all: a grasp whose trajectory is not "planned" is rejected. Errors
-/// (UserError): unknown protocol (configuration); a pose or joint that is NaN, unknown, out of limits, of
-/// another hand, or another number of trajectories than grasps (input); a mesh without volume (geometry).
-/// O(grasps * directions * steps); same bytes for any thread count.
+/// (UserError): unknown protocol or loads (configuration); a pose or joint that is NaN, unknown, out of
+/// limits, of another hand, or another number of trajectories than grasps (input); a mesh without volume
+/// (geometry). O(grasps * directions * steps); same bytes for any thread count.
 Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const hands::GraspSet& grasps,
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 7, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 8, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);

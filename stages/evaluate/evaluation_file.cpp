@@ -57,6 +57,7 @@ json engine_json(const EvaluateParams& params) {
           {"numbers_from", protocol.source},
           {"hand_density_kg_m3", engine.hand_density_kg_m3},
           {"acceleration_m_s2", protocol.acceleration_m_s2},
+          {"loads", params.loads},
           {"settle_s", protocol.settle_s},
           {"push_s", protocol.push_s},
           {"max_translation_m", finite(protocol.max_translation_m)},
@@ -152,6 +153,7 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
   const json file = {{"schema", "geocage-evaluations 1"},
                      {"protocol", all.params.protocol},
                      {"friction", all.params.friction},
+                     {"loads", all.params.loads},
                      {"object_geometry", all.params.object_geometry},
                      {"control_grasps", all.params.control_grasps},
                      {"self_check_trials", all.params.self_check_trials},
@@ -180,6 +182,7 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   all = {};
   EvaluateParams& params = all.params;
   params.protocol = file.at("protocol"), params.friction = file.at("friction");
+  params.loads = file.at("loads");
   params.object_geometry = file.at("object_geometry"), params.control_grasps = file.at("control_grasps");
   params.self_check_trials = file.at("self_check_trials");
   params.recorded_grasps = file.at("recorded_grasps"), params.lift_grasps = file.at("lift_grasps");

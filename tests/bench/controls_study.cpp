@@ -64,8 +64,7 @@ struct Scene {
     std::vector<Outcome> outcomes;
     for (const auto& way : physics::six_directions())
       outcomes.push_back(
-          physics::push_trial(physics::find_protocol("geocage-force"), body, hand, posture, way.axis_O, 0)
-              .outcome);
+          physics::push_trial(physics::find_protocol("geocage-force"), body, hand, posture, way, 0).outcome);
     controls.count(which, outcomes);
   }
 };

@@ -97,7 +97,7 @@ void run(Grasp& grasp, const physics::ObjectBody& body, const hands::Hand& hand,
     else
       for (std::size_t d = 0; d < 6; ++d)
         grasp.trials[v][d] =
-            physics::push_trial(tested, body, hand, posture, physics::six_directions()[d].axis_O, 0);
+            physics::push_trial(tested, body, hand, posture, physics::six_directions()[d], 0);
     grasp.seconds[v] = processor_s() - start;
   }
 }
@@ -126,7 +126,7 @@ void print(const std::vector<Grasp>& grasps) {
         const PushTrial &base = grasp.trials[as_is][d], &other = grasp.trials[v][d];
         if (base.outcome == other.outcome) continue;
         std::printf("- %s %s: %s (drift %.1f mm, moved %.1f mm), %s: %s (drift %.1f mm, moved %.1f mm)\n",
-                    grasp.name.c_str(), physics::six_directions()[d].name,
+                    grasp.name.c_str(), physics::six_directions()[d].name.c_str(),
                     std::string(name(base.outcome)).c_str(), 1e3 * base.drift_m, 1e3 * base.displacement_m,
                     labels[v], std::string(name(other.outcome)).c_str(), 1e3 * other.drift_m,
                     1e3 * other.displacement_m);

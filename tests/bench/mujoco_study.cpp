@@ -182,7 +182,7 @@ void compare(const StudyObject& object, const hands::Hand& hand, const Settings&
       if (force) {
         const auto posture = physics::posture_at(hand, object.field, grasp.X_OH, q);
         pushes.push_back({label + way.name,
-                          physics::push_trial(protocol, body, hand, posture, way.axis_O, 0).outcome,
+                          physics::push_trial(protocol, body, hand, posture, way, 0).outcome,
                           mujoco_push(settings, protocol, body, parts, hand, posture, way.axis_O)});
       }
     }
@@ -227,7 +227,7 @@ void pinched_cube(const Settings& settings) {
       physics::Protocol tested = protocol;
       tested.acceleration_m_s2 = push;
       const Outcome outcome = bullet
-                                  ? physics::push_trial(tested, cube, hand, posture, way, 0).outcome
+                                  ? physics::push_trial(tested, cube, hand, posture, {"", way}, 0).outcome
                                   : mujoco_push(settings, tested, cube, {box_part(half)}, hand, posture, way);
       return outcome == Outcome::held;
     };

@@ -87,7 +87,7 @@ void push_trial(benchmark::State& state) {
   std::size_t i = 0;
   for (auto _ : state)
     benchmark::DoNotOptimize(
-        physics::push_trial(protocol, s.body, s.hand, posture, physics::six_directions()[i++ % 6].axis_O, 0));
+        physics::push_trial(protocol, s.body, s.hand, posture, physics::six_directions()[i++ % 6], 0));
   state.counters["trials/s"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }

@@ -115,6 +115,27 @@ TEST(Evaluate, a_sphere_stays_in_three_closed_fingers_and_leaves_open_ones) {
   EXPECT_LT(all.list[0].max_penetration_m, 1e-3);
 }
 
+// 26 pushes and six torques on demand: the six that are always made stay what they are, to the byte.
+TEST(Evaluate, more_loads_leave_the_six_pushes_as_they_are) {
+  EvaluateParams params;
+  params.lift_grasps = params.self_check_trials = params.recorded_grasps = 0, params.control_grasps = 1;
+  const auto directions = [&](const char* loads) {
+    pipeline::Run run;
+    params.loads = loads;
+    const Evaluations all =
+        evaluate(params, run, {{closed_grasp()}, {}}, {}, sphere_mesh(), sphere_field(), sdh());
+    EXPECT_EQ(all.controls[0].trials, 6);  // a palm may rightly hold some of 32
+    return to_json(all, all.list[0])["directions"];
+  };
+  const auto six = directions("axes");
+  auto all = directions("all");
+  ASSERT_EQ(six.size(), 6u);
+  ASSERT_EQ(all.size(), 32u);
+  EXPECT_EQ(all[31]["name"], "turn -z");
+  all.erase(all.begin() + 6, all.end());
+  EXPECT_EQ(all.dump(), six.dump());
+}
+
 TEST(Evaluate, controls_fail_as_they_must) {
   const Evaluations all = evaluated({closed_grasp(), open_grasp()});
   ASSERT_EQ(all.controls.size(), 3u);
@@ -212,9 +233,11 @@ TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
   for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, 0, 1)}) {
     // Above it moves by (0.05 limit) t^2 / 2 = 12 m in 2 s; below it creeps by what few iterations leave.
     protocol.acceleration_m_s2 = 0.95 * limit;
-    EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, way, 0).outcome, Outcome::held) << way;
+    EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, {"", way}, 0).outcome, Outcome::held)
+        << way;
     protocol.acceleration_m_s2 = 1.05 * limit;
-    EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, way, 0).outcome, Outcome::lost) << way;
+    EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, {"", way}, 0).outcome, Outcome::lost)
+        << way;
   }
 }
 
@@ -327,6 +350,11 @@ TEST(Evaluate, names_the_mistake) {
   const auto bad_protocol = error_after([&](auto&, auto& params) { params.protocol = "geocage-farce"; });
   EXPECT_EQ(bad_protocol.fault(), Fault::configuration);
   EXPECT_NE(bad_protocol.hint().find("geocage-force"), std::string::npos);
+  const auto bad_loads = error_after([&](auto&, auto& params) { params.loads = "both"; });
+  EXPECT_EQ(bad_loads.where(), "evaluate.loads");
+  const auto not_bodex =
+      error_after([&](auto&, auto& params) { params.protocol = "bodex", params.loads = "all"; });
+  EXPECT_EQ(not_bodex.where(), "evaluate.loads");
 }
 
 TEST(Evaluate, refuses_a_field_that_ends_before_the_hand_does) {
