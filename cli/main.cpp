@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <system_error>
@@ -36,6 +37,15 @@ std::filesystem::path default_store() {
   const char* store = std::getenv("GEOCAGE_STORE");
   return store ? store : "store";
 }
+
+/// CLI11's own takes NaN.
+const CLI::Validator positive(
+    [](const std::string& text) -> std::string {
+      double x = 0;
+      const bool number = CLI::detail::lexical_cast(text, x);
+      return number && x > 0 && std::isfinite(x) ? "" : "'" + text + "' is not a number above 0";
+    },
+    "ABOVE 0");
 
 /// Builds the commands; the chosen one leaves its work in `chosen`.
 class Program {
@@ -118,12 +128,11 @@ class Program {
         ->type_name("failed");
     sub->add_option("--memory-gib", run_.wish.memory_gib,
                     "for all slots made at once (default: 4/5 of the machine's)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive);
     add_pictures(sub);
-    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
-        ->check(CLI::PositiveNumber);
+    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")->check(positive);
     sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
-        ->check(CLI::PositiveNumber);
+        ->check(positive);
     flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",
                  [this] { return status(shared_, run_.flow); });
     flow_command(
@@ -199,7 +208,7 @@ class Program {
     sub->add_option("MESH", score_.mesh)->required();
     sub->add_option("--radius-m", score_.radius_m, "radius of the geodesic balls")
         ->required()
-        ->check(CLI::PositiveNumber);
+        ->check(positive);
     sub->add_option("--out", score_.out, "FILE.ply or FILE.csv (default: CSV on stdout)");
     sub->add_option("--metric", score_.metric, "hop or dijkstra")->check(CLI::IsMember({"hop", "dijkstra"}));
     sub->add_option("--units", score_.unit, "unit of the file: m, cm, mm, inch, or metres per unit");

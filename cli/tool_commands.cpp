@@ -94,6 +94,13 @@ std::vector<geometry::VertexField> fields_of(const topology::BallFields& ball) {
   return columns;
 }
 
+/// A list a column, in the order of vertices; NaN is null.
+json json_of(const topology::BallFields& ball) {
+  json columns;
+  for (const auto& column : fields_of(ball)) columns[column.name] = column.values;
+  return columns;
+}
+
 }  // namespace
 
 int score(const Shared& shared, const ScoreOptions& options) {
@@ -103,25 +110,28 @@ int score(const Shared& shared, const ScoreOptions& options) {
                     "the file must end in .ply or .csv");
   if (options.out.has_parent_path() && !fs::is_directory(options.out.parent_path()))
     throw UserError(Fault::configuration, "--out " + options.out.string(), "its folder is not there");
-  const std::string name = kind == ".ply" ? "scores.ply" : "scores.csv";
+  const bool printed = options.out.empty();
+  const std::string name = printed && shared.json ? "scores.json" : "scores" + (printed ? ".csv" : kind);
   std::size_t vertices = 0;
-  std::string csv;
+  std::string text;
   const auto work = [&](const fs::path& folder) {
     const auto mesh = closed_mesh(options.mesh, options.unit);
     const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
     const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
     std::ofstream(folder / "vertices") << mesh.vertices.size();
-    if (kind == ".ply")
+    if (name == "scores.ply")
       geometry::write_ply(folder / name, mesh, fields_of(ball));
+    else if (name == "scores.json")
+      write_text(folder / name, json_of(ball).dump());
     else
       write_text(folder / name, csv_of(mesh, ball));
   };
   const auto collect = [&](const fs::path& folder) {
     std::ifstream(folder / "vertices") >> vertices;
-    if (!options.out.empty())
+    if (!printed)
       write_whole(options.out, [&](const fs::path& file) { fs::copy_file(folder / name, file); });
     else
-      csv = text_of(folder / name);
+      text = text_of(folder / name);
   };
   pipeline::run_contained(tool_limits(), options.mesh.string(), work, collect);
   if (shared.json)
@@ -129,10 +139,11 @@ int score(const Shared& shared, const ScoreOptions& options) {
                             {"vertices", vertices},
                             {"radius_m", options.radius_m},
                             {"metric", options.metric},
-                            {"out", options.out.empty() ? json() : json(options.out.string())}}
-                           .dump(2));
-  else if (options.out.empty())
-    fmt::print("{}", csv);
+                            {"out", printed ? json() : json(options.out.string())},
+                            {"scores", printed ? json::parse(text) : json()}}
+                           .dump());
+  else if (printed)
+    fmt::print("{}", text);
   return 0;
 }
 

@@ -547,7 +547,8 @@ std::vector<TableScene> table_scenes(const std::string& set, const std::filesyst
   if (set == "tuning") return tuning(objects);
   if (set == "held_out") return held_out(objects);
   if (set == "training") return wide(objects, 20000, 240);
-  if (set == "training_varied") return varied(objects, 80000, 120);
+  if (set == "training_varied") return varied(objects, 80000, 1200);
+  if (set == "trial") return varied(objects, 300000, 160);
   if (set == "varied") return varied(objects, 200000, 160);
   if (set == "wide") return wide(objects, 50000, 40);
   return of_chance(objects, set == "fresh" ? 1000 : 9000);

@@ -24,8 +24,9 @@ struct TableScene {
 /// them. "held_out": other shapes, sizes and arrangements, by hand. "fresh", "unseen": one to four things of
 /// chance, pushed together or put on each other, by other seeds; nothing was chosen or mended by "unseen".
 /// "wide": one to five, of more kinds. "varied": one to six, of still more kinds, seen from one place of
-/// chance (28 to 62 degrees, 0.7 to 1 m) each. "training", "training_varied": other scenes of these two
-/// kinds. Meshes of `objects`, where it isn't empty, stand among them. Precondition: one of these names.
+/// chance (28 to 62 degrees, 0.7 to 1 m) each. "trial": of that kind, to choose by. "training",
+/// "training_varied": other scenes of these two kinds. Meshes of `objects`, where it isn't empty, stand among
+/// them. Precondition: one of these names.
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects);
 
 /// The scene before the virtual Kinect as a PCD with the sensor's place and, as labels, the thing that each

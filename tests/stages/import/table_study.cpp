@@ -1,6 +1,6 @@
 // How often the things of a table scene become one object each:
-//   build/release/table_study --set tuning|held_out|fresh|unseen|wide|varied [--objects DIR] [--rule gap]
-//   [--rule shape] [--one_thing 0.25] [--part_points 600]
+//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied [--objects DIR]
+//   [--rule gap] [--rule shape] [--one_thing 0.25] [--part_points 600]
 //   [--keep FOLDER [--write]] [--scene NAME]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
@@ -24,8 +24,8 @@ int main(int argc, char** argv) {
   fs::path objects, keep;
   std::vector<std::string> rules = {"gap", "shape"};
   app.add_option("--set", set, "which scenes")
-      ->check(CLI::IsMember(
-          {"tuning", "held_out", "fresh", "unseen", "training", "training_varied", "wide", "varied"}));
+      ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "training_varied", "trial",
+                             "wide", "varied"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules, "values of import.cluster_by");
   stages::ImportParams params{.scene = "table"};
