@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "hands/grasp.h"
@@ -101,6 +102,12 @@ void describe_cage(const reports::CageResult& cage, Row& row) {
   row["cage_wrenches"] = static_cast<double>(cage.wrenches);
   row["cage_wrenches_lost"] = static_cast<double>(cage.wrenches_lost);
   row["cage_escape_search"] = cage.search;
+  if (cage.half_weights) row["cage_a50_weights"] = *cage.half_weights;
+  if (!cage.half_weights && !cage.half.empty()) row["cage_a50_censored"] = cage.half;
+  for (const auto& one : cage.amplitudes) {
+    row[fmt::format("cage_survival_{:g}", one.weights)] = number(one.survival);
+    row[fmt::format("cage_mean_held_s_{:g}", one.weights)] = number(one.mean_held_s);
+  }
 }
 
 /// The rows of one pair.
@@ -231,6 +238,16 @@ std::vector<std::string> settings_of(const Flow& flow) {
   return names;
 }
 
+/// Columns that some row has, whose names start with either.
+std::set<std::string> columns_of(const std::vector<Row>& rows, std::string_view start,
+                                 std::string_view other) {
+  std::set<std::string> names;
+  for (const auto& row : rows)
+    for (const auto& [name, value] : row)
+      if (name.starts_with(start) || name.starts_with(other)) names.insert(name);
+  return names;
+}
+
 }  // namespace
 
 Table grasp_table(const Flow& flow, const RunSummary& summary) {
@@ -247,16 +264,32 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
   for (const char* name :
        {"pair_outcome", "lost_at", "best_lost_at", "sentence", "grasp", "heuristic", "force_closure"})
     table.columns.emplace_back(name);
-  std::set<std::string> scores;
-  for (const auto& row : rows)
-    for (const auto& [name, value] : row)
-      if (name.starts_with("score_")) scores.insert(name);
+  const auto scores = columns_of(rows, "score_", "score_");
   table.columns.insert(table.columns.end(), scores.begin(), scores.end());
-  for (const char* name : {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol",
-                           "object_geometry", "outcome", "reason", "held", "drift_m", "drift_rad",
-                           "directions", "directions_held", "cage_outcome", "cage_pulls_retained",
-                           "cage_ring_retained", "cage_wrenches", "cage_wrenches_lost", "cage_escape_search"})
+  for (const char* name : {"approach_outcome",
+                           "approach_s",
+                           "min_clearance_m",
+                           "certified",
+                           "protocol",
+                           "object_geometry",
+                           "outcome",
+                           "reason",
+                           "held",
+                           "drift_m",
+                           "drift_rad",
+                           "directions",
+                           "directions_held",
+                           "cage_outcome",
+                           "cage_pulls_retained",
+                           "cage_ring_retained",
+                           "cage_wrenches",
+                           "cage_wrenches_lost",
+                           "cage_escape_search",
+                           "cage_a50_weights",
+                           "cage_a50_censored"})
     table.columns.emplace_back(name);
+  const auto amplitudes = columns_of(rows, "cage_survival_", "cage_mean_held_s_");
+  table.columns.insert(table.columns.end(), amplitudes.begin(), amplitudes.end());
   for (Row& row : rows) {
     auto& cells = table.rows.emplace_back();
     for (const auto& name : table.columns) cells.push_back(row[name]);

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <limits>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/error.h"
@@ -78,8 +79,18 @@ Cages read_cages(const fs::path& folder) {
     cage.pulls = static_cast<int>(entry.at("directions").size()),
     cage.pulls_retained = held_of(entry.at("directions"));
     cage.ring = static_cast<int>(entry.at("ring").size()), cage.ring_retained = held_of(entry.at("ring"));
-    for (const json& wrench : entry.at("wrenches"))
+    for (const json& wrench : entry.at("wrenches")) {
       cage.wrenches += wrench.at("trials").get<int>(), cage.wrenches_lost += wrench.at("lost").get<int>();
+      cage.amplitudes.push_back(
+          {number(wrench, "amplitude_weights"), number(wrench, "survival"), number(wrench, "mean_held_s")});
+    }
+    std::ranges::sort(cage.amplitudes, {}, &WrenchResult::weights);
+    if (const json& half = entry.at("a_50"); !half.is_null()) {
+      const double weights = half.at("weights");
+      const std::string is = half.at("is");
+      if (is == "at") cage.half_weights = weights;
+      cage.half = (is == "at" ? "" : is + " ") + fmt::format("{:.3g}", weights);
+    }
   }
   return all;
 }

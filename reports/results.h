@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,10 +41,18 @@ struct Evaluations {
 };
 Evaluations read_evaluations(const std::filesystem::path& folder);
 
+/// Random wrenches of one amplitude.
+struct WrenchResult {
+  double weights = 0, survival = 0, mean_held_s = 0;
+};
+
 /// One grasp of "geocage-cages 1".
 struct CageResult {
   int grasp = 0;
-  std::string outcome, reason, search;  ///< search: "found", "not found", "stuck"
+  std::string outcome, reason, search;   ///< search: "found", "not found", "stuck"
+  std::vector<WrenchResult> amplitudes;  ///< smallest first
+  std::string half;                      ///< a_50 in words: "1.41", "below 0.5"; empty without wrenches
+  std::optional<double> half_weights;    ///< where it is no bound
   int pulls = 0, pulls_retained = 0, ring = 0, ring_retained = 0, wrenches = 0, wrenches_lost = 0;
 };
 struct Cages {

@@ -196,6 +196,10 @@ void judge(CageEvaluation& evaluation, const Locked& locked, const CageParams& p
   for (std::size_t i = 0; i < ring_ways; ++i) evaluation.ring.push_back(shown(ring_name(i), locked.ring[i]));
   evaluation.backed_off_m = locked.hand.backed_off_m;
   evaluation.wrenches = wrenches_of(locked, params, protocol);
+  std::vector<physics::AmplitudeShare> shares;
+  for (const CageWrench& one : evaluation.wrenches)
+    shares.push_back({one.amplitude, one.survival, one.trials});
+  evaluation.half = physics::half_amplitude(std::move(shares));
   evaluation.search = locked.search;
   int errors = 0;
   for (const auto* trials : {&locked.pulls, &locked.ring, &locked.wrenches})
@@ -261,7 +265,7 @@ void CageParams::visit(pipeline::Fields& f) {
     "which geometry of the object is simulated; kept with the results");
   f("wrench_amplitudes", wrench_amplitudes, {0, 100}, "of the random wrenches, in weights of the object");
   f("wrench_seeds", wrench_seeds, {1, 1e5},
-    "random wrench trials an amplitude; 100 to screen, 1000 for tables");
+    "random wrench trials an amplitude; the default looks, 100 screen, 1000 are for tables");
   f("search_samples", search_samples, {0, 1e7}, "random poses of the search for a way out; 0: no search");
   f("damping_s", damping_s, {0, 1e3}, "velocities shrink by exp(-t / damping_s); 0: they do not");
   f("step_s", step_s, {1e-5, 0.01}, "longest time step");

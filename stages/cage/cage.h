@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,8 +25,8 @@ namespace geocage::stages {
 
 struct CageParams {
   std::string object_geometry = "truth";
-  std::vector<double> wrench_amplitudes = {1, 5};
-  int wrench_seeds = 4;
+  std::vector<double> wrench_amplitudes = {0.5, 1, 2, 5};
+  int wrench_seeds = 10;
   int search_samples = 1000;
   double damping_s = physics::CageEngine{}.damping_s;
   double step_s = physics::CageEngine{}.dt_s;
@@ -62,6 +63,7 @@ struct CageEvaluation {
   double backed_off_m = 0;  ///< the farthest that a capsule was moved out of the object before locking
   std::vector<CagePull> pulls, ring;  ///< six axes of O; four directions across the hand's flexion axis
   std::vector<CageWrench> wrenches;
+  std::optional<physics::HalfAmplitude> half;  ///< a_50 of the wrenches
   physics::EscapeSearch search;
   std::vector<physics::Loosening>
       loosening;  ///< of each finger; empty where it was not asked, or nothing held
@@ -95,7 +97,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 6, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 7, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

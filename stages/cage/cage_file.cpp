@@ -154,6 +154,7 @@ json to_json(const CageEvaluations& all, const CageEvaluation& evaluation) {
           {"directions", pulls_json(evaluation.pulls)},
           {"ring", pulls_json(evaluation.ring)},
           {"wrenches", wrenches_json(evaluation.wrenches)},
+          {"a_50", physics::to_json(evaluation.half)},
           {"escape_search", search_json(evaluation.search)},
           {"loosening", loosening_json(evaluation.loosening)},
           {"start_penetration_m", evaluation.start_penetration_m},
@@ -224,6 +225,7 @@ void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
     evaluation.backed_off_m = entry.at("backed_off_m");
     evaluation.pulls = pulls_from(entry.at("directions")), evaluation.ring = pulls_from(entry.at("ring"));
     evaluation.wrenches = wrenches_from(entry.at("wrenches"));
+    evaluation.half = physics::half_amplitude_from(entry.at("a_50"));
     evaluation.search = search_from(entry.at("escape_search"));
     evaluation.loosening = loosening_from(entry.at("loosening"));
   }

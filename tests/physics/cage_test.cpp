@@ -4,6 +4,7 @@
 #include "physics/back_off.h"
 #include "physics/cage_trial.h"
 #include "physics/escape_search.h"
+#include "physics/survival.h"
 #include <gtest/gtest.h>
 
 #include "tests/physics/scenes.h"
@@ -100,6 +101,25 @@ TEST(Cage, a_ball_in_a_closed_box_stays) {
       EXPECT_EQ(trial.outcome, Outcome::held);
       EXPECT_LT(trial.penetration_m, CageEngine{}.most_motion_m);  // what one step may close
     }
+}
+
+// What nothing holds is lost at any amplitude, what nothing lets go at none: a_50 is below, or above, all.
+TEST(Cage, half_amplitude_of_a_free_and_of_a_caged_ring_are_censored) {
+  const EscapeTest nothing(ring(), R + r, {{Vec3(1, 0, -0.06), Vec3(1, 0, 0.06), bar_m}});
+  const auto half = [&](const EscapeTest& escape) {
+    std::vector<AmplitudeShare> shares;
+    for (const double amplitude : {0.5, 1.0, 2.0, 5.0}) {
+      std::vector<Life> lives;
+      for (std::uint64_t seed = 0; seed < 2; ++seed) {
+        const CageTrial trial = wrench_trial({}, ring(), escape, amplitude, seed);
+        lives.push_back({trial.ended_s, trial.outcome == Outcome::lost});
+      }
+      shares.push_back({amplitude, share_at(survival(lives), CageProtocol{}.wrench_s), 2});
+    }
+    return half_amplitude(shares)->text();
+  };
+  EXPECT_EQ(half(nothing), "below 0.5");
+  EXPECT_EQ(half(around_ring(true)), "above 5");
 }
 
 // Symplectic Euler without damping: z = g t (t + dt) / 2, exactly.

@@ -1,6 +1,6 @@
 // The pages but for the 3-D view: overview, object, grasp, compare, sweep, run.
 import * as data from './data';
-import type { Control, Details, Direction, Grasp, Overview, Pair, Success, TestHead } from './data';
+import type { Cell, Control, Details, Direction, Evaluation, Grasp, Overview, Pair, Success, TestHead } from './data';
 import { outcomeColours } from './colours';
 import { append, h, select, table } from './dom';
 import { badge, graspRows, graspTable, type GraspRow } from './grasptable';
@@ -214,6 +214,24 @@ function controls(title: string, head: TestHead | null): HTMLElement | null {
     head.engine ? table(['setting', 'value'], Object.entries(head.engine).map(([key, value]) => [key, typeof value === 'number' ? num(`engine.${key}`, value) : String(value)]), `${title}: settings`) : null);
 }
 
+/** Kaplan and Meier's share still held over time, a step line an amplitude. */
+function survivalPlot(wrenches: NonNullable<Evaluation['wrenches']>, horizon: Cell | undefined): HTMLElement | null {
+  const rows: Row[] = [];
+  for (const one of wrenches) {
+    const curve = one.curve_s_share ?? [];
+    for (const [seconds, share] of curve) rows.push({ weights: one.amplitude_weights, seconds, share });
+    if (curve.length && typeof horizon === 'number') rows.push({ weights: one.amplitude_weights, seconds: horizon, share: curve[curve.length - 1][1] });
+  }
+  if (!rows.length) return null;
+  return plot('Survival under random wrenches', 'Share of the trials still held, by the amplitude in weights of the object.', {
+    mark: { type: 'line', interpolate: 'step-after', strokeWidth: 2 },
+    encoding: {
+      x: { field: 'seconds', type: 'quantitative', title: 'time [s]' }, y: { field: 'share', type: 'quantitative', title: 'share still held', scale: { domain: [0, 1] } },
+      color: { field: 'weights', type: 'ordinal', title: 'weights' }, strokeDash: { field: 'weights', type: 'ordinal' },
+    },
+  }, rows, ['weights', 'seconds', 'share']);
+}
+
 function graspFacts(grasp: Grasp, index: number, details: Details, weight: string | undefined): (Node | null)[] {
   const cage = grasp.cage;
   return [
@@ -223,6 +241,9 @@ function graspFacts(grasp: Grasp, index: number, details: Details, weight: strin
       pushes('Ring test', cage?.ring, 'Gravity across the closing axis, with motion along that axis locked.')],
     cage?.wrenches?.length ? section('Random wrenches', table(['weights', 'trials', 'lost', 'survival', 'mean held'], cage.wrenches.map((one) => [
       num('amplitude_weights', one.amplitude_weights), num('trials', one.trials), num('lost', one.lost), num('survival', one.survival), num('mean_held_s', one.mean_held_s)]), 'random wrenches'),
+    cage.a_50 ? h('p', {}, 'Half are still held at the end at ', cage.a_50.is === 'at' ? null : h('b', {}, `${cage.a_50.is} `), num('a_50', cage.a_50.weights), ' weights',
+      cage.a_50.is === 'at' ? ' (on the line between two amplitudes).' : ', the outermost amplitude tested.') : null,
+    survivalPlot(cage.wrenches, details.cage?.engine?.wrench_s),
     h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`)) : null),
     Object.keys(grasp.scores).length === 0 ? null : section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
     !details.evaluation && !details.cage ? null : section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),

@@ -90,6 +90,8 @@ TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
   EXPECT_EQ(open.list[0].outcome, Outcome::lost) << open.list[0].reason;
   EXPECT_EQ(open.list[0].search.result, physics::EscapeSearch::Result::found);
   for (const CageWrench& wrench : open.list[0].wrenches) EXPECT_EQ(wrench.lost, wrench.trials);
+  ASSERT_TRUE(open.list[0].half && closed.list[0].half);
+  EXPECT_EQ(open.list[0].half->text(), "below 0.5");
 }
 
 TEST(CageStage, controls_are_as_they_must_be) {
