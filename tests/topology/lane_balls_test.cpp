@@ -158,8 +158,11 @@ TEST(LaneBalls, SymmetricBallsWindAsThePlainOnes) {
   const double radius = 0.03 * check_mesh(mesh).diagonal_m();
   const auto lane = lane_ball_fields(mesh, {radius}, Metric::dijkstra, {}).radii[0],
              plain = plain_ball_fields(mesh, {radius}, Metric::dijkstra).radii[0];
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    ASSERT_EQ(std::isnan(lane.winding_angle_rad[v]), std::isnan(plain.winding_angle_rad[v])) << v;
+    if (std::isnan(lane.winding_angle_rad[v])) continue;
     EXPECT_NEAR(lane.winding_angle_rad[v], plain.winding_angle_rad[v], 1e-7) << v;
+  }
 }
 
 // A long thin strip of surface has more hops than a byte holds: the plain way takes over. Where the surface
