@@ -26,12 +26,20 @@ using pipeline::UserError;
 
 namespace {
 
+/// Keeps what was said.
+class Listener : public pipeline::Run {
+ public:
+  void log(std::string_view sentence) override { said += std::string(sentence) + "\n"; }
+  std::string said;
+};
+
 /// A foreign mesh, read in a worker process; it must be a closed manifold.
-geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit) {
+geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit, int decimate,
+                                   Listener& run) {
   stages::ImportParams params;
   params.unit = unit;
+  params.decimate = decimate;
   params.repair = "none";
-  pipeline::Run run;
   auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
   const auto report = geometry::check_mesh(mesh);
   if (!report.closed_manifold())
@@ -115,7 +123,9 @@ int score(const Shared& shared, const ScoreOptions& options) {
   std::size_t vertices = 0;
   std::string text;
   const auto work = [&](const fs::path& folder) {
-    const auto mesh = closed_mesh(options.mesh, options.unit);
+    Listener run;
+    const auto mesh = closed_mesh(options.mesh, options.unit, options.decimate, run);
+    std::ofstream(folder / "said") << run.said;
     const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
     const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
     std::ofstream(folder / "vertices") << mesh.vertices.size();
@@ -128,6 +138,7 @@ int score(const Shared& shared, const ScoreOptions& options) {
   };
   const auto collect = [&](const fs::path& folder) {
     std::ifstream(folder / "vertices") >> vertices;
+    if (!shared.quiet) fmt::print(stderr, "{}", text_of(folder / "said"));
     if (!printed)
       write_whole(options.out, [&](const fs::path& file) { fs::copy_file(folder / name, file); });
     else
@@ -319,8 +330,9 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
                       "say --hand " + grasp.hand);
     hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   }
-  const auto mesh = closed_mesh(options.mesh, options.unit);
-  pipeline::Run run;
+  Listener run;
+  const auto mesh = closed_mesh(options.mesh, options.unit, options.decimate, run);
+  if (!shared.quiet) fmt::print(stderr, "{}", run.said);
   const std::string where = options.mesh.string() + ", " + options.grasp.string();
   const auto field = pipeline::contained<geometry::SignedDistanceField>(
       limits_of_evaluation(), where, [&] { return stages::field(stages::FieldParams{}, run, mesh); });
