@@ -155,12 +155,12 @@ void BallMesh::measure_triangles(Draft& draft) const {
   draft.thin = any_thin;
 }
 
-/// What leaves each vertex, counter-clockwise; open fans first, each from its border on. The triangle of
-/// half- edge h = v -> a is v a b: what follows it begins v -> b, and the other side of h is in the one that
+/// What leaves each vertex, counter-clockwise; open fans first, each from its border on. The triangle of the
+/// half-edge h = v -> a is v a b: what follows it begins v -> b, and the other side of h is in the one that
 /// ends with a.
 void BallMesh::join_rings(Draft& draft) {
   struct Spoke {
-    int half_edge, to, last, before;
+    int half_edge, to, last, before, next;
   };
   std::vector<int> gaps(static_cast<std::size_t>(count) + 1);
 #pragma omp parallel
@@ -172,10 +172,12 @@ void BallMesh::join_rings(Draft& draft) {
       const int size = draft.start[v + 1] - draft.start[v];
       spokes.clear();
       for (int k = 0; k < size; ++k)
-        spokes.push_back({out[k], half_edges[after(out[k])].from, half_edges[out[k]].opposite, -1});
-      for (Spoke& spoke : spokes) {
+        spokes.push_back({out[k], half_edges[after(out[k])].from, half_edges[out[k]].opposite, -1, -1});
+      for (int k = 0; k < size; ++k) {
+        Spoke& spoke = spokes[k];
         for (int j = 0; j < size && spoke.before < 0; ++j)
           if (spokes[j].last == spoke.to) spoke.before = j;
+        if (spoke.before >= 0) spokes[spoke.before].next = k;
         const int twin = spoke.before < 0 ? -1 : before(spokes[spoke.before].half_edge);
         half_edges[before(spoke.half_edge)].exits[0] = twin;  // the half-edge is the next side of this one
         half_edges[after(spoke.half_edge)].exits[1] = twin;   // and the second next of another
@@ -183,13 +185,9 @@ void BallMesh::join_rings(Draft& draft) {
       }
       int next = 0;
       const auto fan = [&](int from) {
-        for (int k = from; k >= 0 && spokes[k].half_edge >= 0;) {
+        for (int k = from; k >= 0 && spokes[k].half_edge >= 0; k = spokes[k].next) {
           out[next++] = spokes[k].half_edge;
           spokes[k].half_edge = -1;
-          const int last = spokes[k].last;
-          k = -1;
-          for (int j = 0; j < size && k < 0; ++j)
-            if (spokes[j].to == last) k = j;
         }
       };
       for (int k = 0; k < size; ++k)

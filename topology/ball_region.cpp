@@ -7,29 +7,31 @@
 namespace geocage::topology {
 
 Patches::Patches(const BallMesh& mesh)
-    : mesh_(mesh), patch_of_(static_cast<std::size_t>(mesh.count) + 1, -1), seen_by_(patch_of_) {}
+    : mesh_(mesh),
+      patch_of_(static_cast<std::size_t>(mesh.count) + 1, -1),
+      slot_(static_cast<std::size_t>(mesh.count) + 1),
+      queue_(static_cast<std::size_t>(mesh.count) + 1 + spare_links) {}
 
 void Patches::next(std::vector<int>& sources) {
-  constexpr std::size_t farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
+  constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
   sources.clear();
   const std::lock_guard lock(mutex_);
   while (seed_ < mesh_.count && patch_of_[seed_] >= 0) ++seed_;
   if (seed_ == mesh_.count) return;
-  queue_.assign(1, seed_);
-  seen_by_[seed_] = seed_;
-  for (std::size_t head = 0; head < queue_.size() && sources.size() < lanes && head < farthest_seen; ++head) {
-    const int v = queue_[head];
-    if (patch_of_[v] < 0) {
-      patch_of_[v] = seed_;
-      sources.push_back(v);
+  const GrowInput input{mesh_.link_start.data(), mesh_.links.neighbour.data(), mesh_.count, nullptr};
+  queue_[0] = seed_;
+  slot_[seed_] = slot_[mesh_.count] = 1;
+  int reached = 1;
+  for (int head = 0; head < reached && head < farthest_seen && sources.size() < lanes;) {
+    const int ring = head, end = reached;
+    for (; head < end && head < farthest_seen && sources.size() < lanes; ++head) {
+      if (patch_of_[queue_[head]] >= 0) continue;
+      patch_of_[queue_[head]] = seed_;
+      sources.push_back(queue_[head]);
     }
-    for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i) {
-      const int w = mesh_.links.neighbour[i];
-      if (w == mesh_.count || seen_by_[w] == seed_) continue;
-      seen_by_[w] = seed_;
-      queue_.push_back(w);
-    }
+    if (head == end) reached = grow_ring(input, queue_.data(), slot_.data(), ring, end, reached);
   }
+  for (int i = 0; i < reached; ++i) slot_[queue_[i]] = 0;
   order(sources);
 }
 

@@ -21,9 +21,9 @@ class Patches {
   void order(std::vector<int>& patch) const;
   const BallMesh& mesh_;
   std::mutex mutex_;
-  int seed_ = 0;                         ///< all before it are in patches
-  std::vector<int> patch_of_, seen_by_;  ///< seeds, or -1
-  std::vector<int> queue_;
+  int seed_ = 0;               ///< all before it are in patches
+  std::vector<int> patch_of_;  ///< seeds, or -1
+  std::vector<int> slot_, queue_;
 };
 
 /// Lengths of a mesh's links in whole quanta.

@@ -151,6 +151,20 @@ TEST(LaneBalls, FlatBallsWindByHalfATurn) {
     }
 }
 
+// Some of these balls are symmetric and have axes 30 degrees off a coordinate axis: their sign, and with it
+// the side on which the plane passes the centre, must not hang on rounding either.
+TEST(LaneBalls, SymmetricBallsWindAsThePlainOnes) {
+  const auto mesh = datasets::torus(1, 0.3, 120, 36);
+  const double radius = 0.03 * check_mesh(mesh).diagonal_m();
+  const auto lane = lane_ball_fields(mesh, {radius}, Metric::dijkstra, {}).radii[0],
+             plain = plain_ball_fields(mesh, {radius}, Metric::dijkstra).radii[0];
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    ASSERT_EQ(std::isnan(lane.winding_angle_rad[v]), std::isnan(plain.winding_angle_rad[v])) << v;
+    if (std::isnan(lane.winding_angle_rad[v])) continue;
+    EXPECT_NEAR(lane.winding_angle_rad[v], plain.winding_angle_rad[v], 1e-7) << v;
+  }
+}
+
 // A long thin strip of surface has more hops than a byte holds: the plain way takes over. Where the surface
 // ends sooner than the radius, it need not.
 TEST(LaneBalls, MoreHopsThanAByteHolds) {
