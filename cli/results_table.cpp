@@ -93,6 +93,12 @@ void describe_evaluation(const reports::Evaluations& all, const reports::Evaluat
   row["directions"] = static_cast<double>(result.directions.size());
   row["directions_held"] =
       static_cast<double>(std::ranges::count(result.directions, true, &reports::DirectionResult::held));
+  row["directions_held_2_cm"] = static_cast<double>(
+      std::ranges::count(result.directions, true, &reports::DirectionResult::held_within_2_cm));
+  row["held_2_cm"] = result.held_within_2_cm ? 1.0 : 0.0;
+  if (!result.worst.empty()) row["worst_direction"] = result.worst;
+  if (result.fall_s) row["fall_s"] = *result.fall_s;
+  row["valid"] = all.valid() ? 1.0 : 0.0;
 }
 
 void describe_cage(const reports::CageResult& cage, Row& row) {
@@ -122,7 +128,7 @@ class PairRows {
     common_["pair_outcome"] = std::string(word(result.outcome));
     common_["lost_at"] = stage_of_loss(result.outcome);
     common_["sentence"] = result.sentence;
-    if (tested(pair, slots)) common_["held"] = 0.0;
+    if (tested(pair, slots)) common_["held"] = common_["held_2_cm"] = 0.0;
     for (const auto& [name, value] : pair.levels) common_[name] = level_cell(value);
     const auto agreement = slots.find(pair.agreement_slot);
     if (agreement == slots.end()) return;
@@ -176,7 +182,8 @@ class PairRows {
       for (const auto& test : tests.grasps)
         if (test.grasp == static_cast<int>(i)) describe_evaluation(tests, test, row);
       for (const auto& one : cages.grasps)
-        if (one.grasp == static_cast<int>(i)) describe_cage(one, row);
+        if (one.grasp == static_cast<int>(i))
+          describe_cage(one, row), row["cage_valid"] = cages.valid() ? 1.0 : 0.0;
     }
     return rows.empty() ? std::vector<Row>{common_} : rows;
   }
@@ -208,6 +215,7 @@ class Reader {
     return std::holds_alternative<double>(cell(row, "held"));
   }
   double held(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held")); }
+  double held_2_cm(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held_2_cm")); }
   /// The pair's best grasp, or the row that says that it has none.
   bool best(const std::vector<Cell>& row) const {
     const auto* grasp = std::get_if<double>(&cell(row, "grasp"));
@@ -275,10 +283,15 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
                            "outcome",
                            "reason",
                            "held",
+                           "held_2_cm",
                            "drift_m",
                            "drift_rad",
                            "directions",
                            "directions_held",
+                           "directions_held_2_cm",
+                           "worst_direction",
+                           "fall_s",
+                           "valid",
                            "cage_outcome",
                            "cage_pulls_retained",
                            "cage_ring_retained",
@@ -286,7 +299,8 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
                            "cage_wrenches_lost",
                            "cage_escape_search",
                            "cage_a50_weights",
-                           "cage_a50_censored"})
+                           "cage_a50_censored",
+                           "cage_valid"})
     table.columns.emplace_back(name);
   const auto amplitudes = columns_of(rows, "cage_survival_", "cage_mean_held_s_");
   table.columns.insert(table.columns.end(), amplitudes.begin(), amplitudes.end());
@@ -306,6 +320,7 @@ Table rate_table(const Flow& flow, const Table& grasps) {
     if (!read.tested(row)) continue;
     const auto key = read.cells(row, keys);
     cases[{"grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
+    cases[{"grasp held within 2 cm", key}][read.cell(row, "object")].push_back(read.held_2_cm(row));
     if (read.best(row)) cases[{"best grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
   }
   Table table{"rates", {"measure"}, {}};

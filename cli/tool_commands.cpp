@@ -247,6 +247,20 @@ std::vector<std::string> details_of(const json& entry) {
     for (const json& one : entry["loosening"])
       lines.push_back(fmt::format("finger {} may open by a share of {}", one["finger"].get<std::string>(),
                                   level_text(one["share"], "")));
+  if (entry.contains("summary") && entry["summary"]["worst"].is_string())
+    lines.push_back(fmt::format("{} of {} pushes held, {} of them within 2 cm; the worst is {}",
+                                entry["summary"]["held"].dump(), entry["summary"]["pushes"].dump(),
+                                entry["summary"]["held_within_2_cm"].dump(),
+                                entry["summary"]["worst"].get<std::string>()));
+  if (entry.contains("a_50"))
+    if (const auto half = physics::half_amplitude_from(entry["a_50"]))
+      lines.push_back(fmt::format(
+          "half of the random wrenches hold for 10 s at an amplitude of {} weights (a_50)", half->text()));
+  for (const json& control : entry["controls"])
+    if (!control["ok"].get<bool>())
+      lines.push_back(fmt::format("NOT VALID: control '{}' held in {} of {} trials ({})",
+                                  control["name"].get<std::string>(), control["held"].dump(),
+                                  control["trials"].dump(), control["rule"].get<std::string>()));
   if (entry["self_check"]["trials"] == 0) return lines;
   lines.push_back("self-check: half step " + entry["self_check"]["agree_at_half_step"].dump() + " of " +
                   entry["self_check"]["trials"].dump() + ", twice the iterations " +
@@ -265,6 +279,8 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
     for (const auto& evaluation : all.list) {
       seen.entries.push_back(stages::to_json(all, evaluation));
       seen.entries.back()["self_check"] = physics::to_json(all.self_check);
+      seen.entries.back()["controls"] = physics::to_json(all.controls);
+      seen.entries.back()["valid"] = all.valid();
     }
     seen.recordings = all.recordings;
   };
@@ -337,7 +353,7 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     });
   for (const json& entry : list) {
     const std::string outcome = entry["outcome"], protocol = entry["protocol"], reason = entry["reason"];
-    bad += outcome == "rejected" || outcome == "error";
+    bad += outcome == "rejected" || outcome == "error" || !entry["valid"].get<bool>();
     if (!shared.json && protocols.size() == 1) fmt::print("{}: {}\n", outcome, reason);
     if (!shared.json && protocols.size() > 1)
       fmt::print("{:<14} grasp {:<3} {:<10} {}\n", protocol, entry["grasp"].get<int>(), outcome, reason);

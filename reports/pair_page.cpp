@@ -109,12 +109,12 @@ std::string test_result(const PairResults& pair) {
   for (const auto& [outcome, count] : test.counts)
     outcomes += fmt::format("{}{} {}", outcomes.empty() ? "" : ", ", count, escaped(outcome));
   std::string html = element("h3", fmt::format("Test <code>{}</code>", escaped(test.protocol)));
-  html += element(
-      "p", fmt::format(
-               "Held: <b>{} of {}</b>{}{} (95 % interval {} to {}). Outcomes: {}. Simulated with {}.",
-               test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share), percent(rate.low),
-               percent(rate.high), outcomes,
-               test.object_geometry == "truth" ? "the true surface" : "the surface rebuilt from the scan"));
+  html += element("p", fmt::format("Held: <b>{} of {}</b>{}{} (95 % interval {} to {}), {} within 2 cm. "
+                                   "Outcomes: {}. Simulated with {}.",
+                                   test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share),
+                                   percent(rate.low), percent(rate.high), test.held_within_2_cm(), outcomes,
+                                   test.object_geometry == "truth" ? "the true surface"
+                                                                   : "the surface rebuilt from the scan"));
   return html + controls(test.controls);
 }
 

@@ -41,8 +41,12 @@ EvaluationResult evaluation_from(const json& entry) {
   result.reason = entry.at("reason");
   result.drift_m = number(entry, "drift_m");
   result.drift_rad = number(entry, "drift_rad");
+  result.held_within_2_cm = entry.at("held_within_2_cm");
+  const json& summary = entry.at("summary");
+  if (summary.at("worst").is_string()) result.worst = summary.at("worst");
+  if (summary.at("fall_s").is_number()) result.fall_s = summary.at("fall_s").get<double>();
   for (const json& direction : entry.at("directions"))
-    result.directions.push_back({direction.at("name"), direction.at("held"),
+    result.directions.push_back({direction.at("name"), direction.at("held"), direction.at("held_within_2_cm"),
                                  number(direction, "max_displacement_m"),
                                  number(direction, "max_rotation_rad")});
   return result;
@@ -65,6 +69,18 @@ int held_of(const json& pulls) {
 
 int Evaluations::held() const {
   return static_cast<int>(std::ranges::count(grasps, "held", &EvaluationResult::outcome));
+}
+
+int Evaluations::held_within_2_cm() const {
+  return static_cast<int>(std::ranges::count(grasps, true, &EvaluationResult::held_within_2_cm));
+}
+
+bool Evaluations::valid() const {
+  return std::ranges::all_of(controls, &ControlResult::ok);
+}
+
+bool Cages::valid() const {
+  return std::ranges::all_of(controls, &ControlResult::ok);
 }
 
 Cages read_cages(const fs::path& folder) {

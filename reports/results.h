@@ -11,7 +11,7 @@ namespace geocage::reports {
 /// One push of one grasp.
 struct DirectionResult {
   std::string name;
-  bool held = false;
+  bool held = false, held_within_2_cm = false;
   double max_displacement_m = 0, max_rotation_rad = 0;
 };
 
@@ -19,6 +19,9 @@ struct EvaluationResult {
   int grasp = 0;
   std::string outcome, reason;
   double drift_m = 0, drift_rad = 0;
+  bool held_within_2_cm = false;
+  std::string worst;             ///< push; empty where none was made to its end
+  std::optional<double> fall_s;  ///< when the first push was lost
   std::vector<DirectionResult> directions;
 };
 
@@ -38,6 +41,8 @@ struct Evaluations {
   std::vector<EvaluationResult> grasps;
 
   int held() const;
+  int held_within_2_cm() const;
+  bool valid() const;  ///< every control answers as it must
 };
 Evaluations read_evaluations(const std::filesystem::path& folder);
 
@@ -58,6 +63,8 @@ struct CageResult {
 struct Cages {
   std::vector<ControlResult> controls;
   std::vector<CageResult> grasps;
+
+  bool valid() const;
 };
 Cages read_cages(const std::filesystem::path& folder);
 

@@ -155,7 +155,7 @@ function objectFacts(pair: Pair, details: Details, index: number): HTMLElement {
 function pushes(title: string, directions: Direction[] | undefined, note: string): HTMLElement | null {
   if (!directions?.length) return null;
   return section(title, h('p', { class: 'soft' }, note), table(['direction', '', 'moved', 'turned', 'ended after'], directions.map((one) => [
-    one.name, h('span', { class: `push ${one.held ? 'held' : 'lost'}` }, one.held ? '✓ held' : `✗ ${one.outcome ?? 'lost'}`), num('max_displacement_m', one.max_displacement_m),
+    one.name, h('span', { class: `push ${one.held ? 'held' : 'lost'}` }, one.held ? (one.held_within_2_cm === false ? '✓ held, beyond 2 cm' : '✓ held') : `✗ ${one.outcome ?? 'lost'}`), num('max_displacement_m', one.max_displacement_m),
     num('max_rotation_rad', one.max_rotation_rad), num('ended_s', one.ended_s),
   ]), title));
 }
@@ -201,7 +201,11 @@ function story(grasp: Grasp, index: number, details: Details, weight: string | u
     lines.push([h('b', {}, 'Way. '), grasp.approach.outcome && grasp.approach.outcome !== 'planned' ? `none: ${grasp.approach.outcome}.` : 'planned, ',
       ...(grasp.approach.outcome && grasp.approach.outcome !== 'planned' ? [] : [num('seconds_s', grasp.approach.seconds), ' long, ', num('min_clearance_m', grasp.approach.min_clearance_m), ' free',
         grasp.approach.certified ? ', certified free of collision all the way.' : '.'])]);
-  if (grasp.evaluation) lines.push([h('b', {}, 'Force test. '), badge(grasp.evaluation.outcome), ` ${grasp.evaluation.reason}`]);
+  const test = grasp.evaluation, pushes = test?.summary;
+  if (test) lines.push([h('b', {}, 'Force test. '), badge(test.outcome), ` ${test.reason}`]);
+  if (pushes?.worst)
+    lines.push([num('held', pushes.held), ' of ', num('pushes', pushes.pushes), ' pushes held, ', num('held_within_2_cm', pushes.held_within_2_cm), ` of them within 2 cm; the worst is ${pushes.worst}`,
+      pushes.fall_s === null ? '.' : [', lost after ', num('fall_s', pushes.fall_s), '.']]);
   if (grasp.cage) lines.push([h('b', {}, 'Cage test. '), badge(grasp.cage.outcome), ` ${grasp.cage.reason}`]);
   return h('ul', { class: 'story' }, lines.map((line) => h('li', {}, line)));
 }
