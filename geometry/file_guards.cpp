@@ -69,10 +69,15 @@ PlyCounts guard_ply(const fs::path& file) {
     if (word == "element" && !(words >> element >> counts[element]))
       refuse_ply(file, "its header has a broken line: '" + line.substr(0, 60) + "'");
     if (word == "property" && words >> type) {
-      if (type == "list") words >> type;  // an empty list is its count alone
-      const int size = size_of_type(type);
-      if (size == 0) refuse_ply(file, "its header names an unknown type: '" + line.substr(0, 60) + "'");
-      smallest_row[element] += format == "ascii" ? 2 : static_cast<std::uint64_t>(size);
+      const bool list = type == "list";
+      std::string item, name;
+      if (list) words >> type >> item >> name;  // an empty list is its count alone,
+      const int size = size_of_type(type), item_size = size_of_type(list ? item : type);
+      if (size == 0 || item_size == 0)
+        refuse_ply(file, "its header names an unknown type: '" + line.substr(0, 60) + "'");
+      const bool corners = list && name.starts_with("vertex_ind");  // but a face has three corners
+      const int bytes = format == "ascii" ? (corners ? 8 : 2) : size + (corners ? 3 * item_size : 0);
+      smallest_row[element] += static_cast<std::uint64_t>(bytes);
     }
   }
   if (!ended) refuse_ply(file, "its header has no end");
@@ -139,6 +144,13 @@ void guard_pcd(const fs::path& file) {
       refuse_pcd(file, "what it has packed is not as long as its header promises");
   }
   if (needed > left + 1) refuse_pcd(file, "the file is shorter than its header promises");
+  if (header["DATA"] == "ascii") {
+    std::uint64_t lines = 0;
+    while (lines < points && std::getline(in, line)) lines += line.find_first_not_of(" \t\r") != line.npos;
+    if (lines < points)
+      refuse_pcd(file, "it holds " + std::to_string(lines) + " of the " + std::to_string(points) +
+                           " points that its header promises");
+  }
 }
 
 void guard_text_mesh(const fs::path& file) {

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -244,6 +245,16 @@ TEST_F(BadFiles, MeshesWithoutTrianglesAndWithNan) {
   geometry::write_ply(folder_ / "nan.ply", ball);
   refused_mesh(folder_ / "nan.ply", "vertex 7 is not a finite point");
   refused_mesh(write("huge.off", "OFF\n4294967295 4294967295 0\n0 0 0\n"), "");
+}
+
+TEST_F(BadFiles, PcdAndPlyThatEndEarly) {
+  std::string rows;
+  for (int i = 0; i < 50; ++i) rows += "0.1 0.2 0." + std::to_string(i) + "\n";
+  refused_cloud(write("rows.pcd", pcd("4 4 4", 100, "ascii\n" + rows)), "50 of the 100 points");
+  geometry::write_ply(folder_ / "whole.ply", datasets::icosphere(0.05, 3));
+  std::ostringstream bytes;
+  bytes << std::ifstream(folder_ / "whole.ply", std::ios::binary).rdbuf();
+  refused_mesh(write("cut.ply", bytes.str().substr(0, bytes.str().size() - 100)), "shorter than its header");
 }
 
 // assimp takes the last vertex for one that is not there, and leaves a face with a negative one out.
