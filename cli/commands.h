@@ -55,6 +55,7 @@ struct ScoreOptions {
   std::filesystem::path mesh, out;
   double radius_m = 0;
   std::string metric = "hop", unit = "m";
+  int decimate = 0;  ///< to so many faces, meshes of more than ten million
 };
 int score(const Shared& shared, const ScoreOptions& options);
 
@@ -77,6 +78,7 @@ struct EvaluateOptions {
   std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
   std::string hand, protocol = "geocage-force", unit = "m", loads = "axes";
   bool margins = false;  ///< bisected, too
+  int decimate = 0;      ///< to so many faces, meshes of more than ten million
 };
 int evaluate(const Shared& shared, const EvaluateOptions& options);
 

@@ -41,11 +41,28 @@ fs::path built_in_flow() {
   return fs::path(data ? data : GEOCAGE_DATA_DIR) / "flows" / "demo.toml";
 }
 
+/// A list names each thing once: all that is made is named after it.
+void refuse_twins(const std::vector<std::string>& list, const Setting& setting,
+                  std::vector<std::string>& mistakes) {
+  std::set<std::string> seen;
+  for (const auto& item : list)
+    if (!seen.insert(item).second)
+      mistakes.push_back(
+          pipeline::mistake(setting.where, setting.stage, setting.field + ": '" + item + "' is there twice"));
+}
+
 void read_top_level(const Setting& setting, Script& script, std::vector<std::string>& mistakes) {
   pipeline::Fields keys;
   keys("objects", script.objects, {}, "catalogue names, files or globs");
   keys("hands", script.hands, {}, "names, folders or URDFs");
+  const auto before = mistakes.size();
   pipeline::apply(setting, keys, mistakes);
+  if (mistakes.size() > before) return;
+  const auto& list = setting.field == "hands" ? script.hands : script.objects;
+  if (setting.field == "hands" && list.empty())
+    mistakes.push_back(pipeline::mistake(setting.where, "",
+                                         "hands: the list is empty (without it, the hand is schunk_sdh)"));
+  refuse_twins(list, setting, mistakes);
 }
 
 /// `[object.mug.remesh]`: the object's name may hold dots, the stage may not.
@@ -88,7 +105,8 @@ std::vector<FlowObject> flow_objects(const FlowRequest& request, const Script& s
   if (request.dataset.empty()) {
     const bool replaced = !request.object.empty() &&
                           std::count(script.objects.begin(), script.objects.end(), request.object) == 0;
-    objects = find_objects(replaced ? std::vector{request.object} : script.objects, script.where);
+    objects =
+        replaced ? find_objects({request.object}, "--object") : find_objects(script.objects, script.where);
     if (replaced) return objects;
   } else if (fs::is_directory(request.dataset)) {
     objects = objects_of_folder(request.dataset);
@@ -156,6 +174,16 @@ std::string level_name(const Setting& level) {
   std::string name = level.stage + "." + level.field + "=" + level_value(level);
   std::replace(name.begin(), name.end(), '/', '_');
   return name;
+}
+
+void check_sweep(const std::vector<Setting>& sweep, std::vector<std::string>& mistakes) {
+  for (const Setting& list : sweep) {
+    std::vector<std::string> values;
+    for (const Setting& level : levels_of(list)) values.push_back(level_value(level));
+    if (values.empty())
+      mistakes.push_back(pipeline::mistake(list.where, list.stage, list.field + ": the list is empty"));
+    refuse_twins(values, list, mistakes);
+  }
 }
 
 std::vector<Variant> variants_of(const std::vector<Setting>& sweep) {
@@ -412,6 +440,24 @@ class Planner {
   std::vector<std::string> shared_;  ///< slots of the object, and of the pair under way
 };
 
+/// Settings for an object that the flow does not have: `named` were met; what a lost scene holds is not
+/// known.
+void check_names(const Script& script, const Flow& flow, const std::set<std::string>& named,
+                 std::vector<std::string>& mistakes) {
+  std::vector<std::string> names;
+  for (const auto& pair : flow.pairs) names.push_back(pair.base);
+  std::set<std::string> told;
+  for (const auto& [name, setting] : script.object_settings) {
+    const bool lost = std::ranges::any_of(flow.pairs, [&, &name = name](const FlowPair& pair) {
+      return pair.slots.size() < 2 && (name == pair.base || name.starts_with(pair.base + "."));
+    });
+    if (lost || named.contains(name) || !told.insert(name).second) continue;
+    mistakes.push_back(
+        pipeline::mistake(setting.where, "object." + name,
+                          "the flow has no such object" + pipeline::did_you_mean(name, names)));
+  }
+}
+
 }  // namespace
 
 Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
@@ -428,6 +474,7 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
   apply_all(script.stage_settings, scratch, mistakes);
   for (const auto& variant : variants) apply_all(variant.settings, scratch, mistakes);
   for (const auto& [object, setting] : script.object_settings) apply_all({setting}, scratch, mistakes);
+  check_sweep(script.sweep, mistakes);
   if (!mistakes.empty()) {
     std::set<std::string> seen;
     std::erase_if(mistakes, [&](const std::string& line) { return !seen.insert(line).second; });
@@ -437,18 +484,23 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
   std::vector<Target<hands::Hand>> hands;
   for (const auto& hand : flow.hands) hands.push_back(pipeline.constant("hand", hand, hand.sha256));
   Planner planner(pipeline, flow, std::move(hands));
-  for (const auto& object : flow_objects(request, script))
+  std::set<std::string> named;  // by object settings, and met
+  const auto objects = flow_objects(request, script);
+  for (const auto& object : objects)
     for (const auto& variant : variants)
       planner.add(object, variant, [&](const std::string& name) {
         Chosen chosen;
         apply_known(object.settings, "", chosen, mistakes);
         apply_known(script.stage_settings, "", chosen, mistakes);
         for (const auto& [known, setting] : script.object_settings)
-          if (known == object.name || known == name)
+          if (known == object.name || known == name) {
+            named.insert(known);
             apply_known({setting}, setting.where + " [object." + known + "]", chosen, mistakes);
+          }
         apply_known(variant.settings, "the sweep", chosen, mistakes);
         return chosen;
       });
+  if (request.object.empty() && request.dataset.empty()) check_names(script, flow, named, mistakes);
   if (!mistakes.empty()) throw ConfigurationError(mistakes);
   return flow;
 }

@@ -53,11 +53,13 @@ void print(const RunSummary& summary) {
   for (const auto& pair : summary.pairs)
     if (pair.outcome != PairOutcome::done)
       fmt::print("{} with {}: {}: {}\n", pair.object, pair.hand, word(pair.outcome), pair.sentence);
-  const auto made = std::count_if(summary.slots.begin(), summary.slots.end(), [](const SlotResult& slot) {
-    return slot.state == pipeline::SlotState::made;
-  });
+  const auto number_of = [&](pipeline::SlotState state) {
+    return std::ranges::count(summary.slots, state, &SlotResult::state);
+  };
   const reports::Counts& c = summary.counts;
-  fmt::print("{} of {} slots made, the others were there\n", made, summary.slots.size());
+  fmt::print("{} slots: {} made, {} there before, {} failed, {} skipped\n", summary.slots.size(),
+             number_of(pipeline::SlotState::made), number_of(pipeline::SlotState::hit),
+             number_of(pipeline::SlotState::failed), number_of(pipeline::SlotState::skipped));
   fmt::print("in {} = done {} + failed {} + rejected {} + skipped {}\n", c.in, c.done, c.failed, c.rejected,
              c.skipped);
   const auto known = std::ranges::count_if(summary.slots, [](const SlotResult& slot) { return slot.known; });

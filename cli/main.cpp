@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <system_error>
@@ -16,6 +17,8 @@ namespace geocage::cli {
 namespace {
 
 constexpr int exit_configuration = 2, exit_store = 5, exit_bug = 70, exit_interrupted = 130;
+
+constexpr const char* decimate_text = "meshes of more than 10 million faces: reduce them to about so many";
 
 std::string farewell;  ///< made before it is needed: a handler of signals must not allocate
 
@@ -36,6 +39,15 @@ std::filesystem::path default_store() {
   const char* store = std::getenv("GEOCAGE_STORE");
   return store ? store : "store";
 }
+
+/// CLI11's own takes NaN.
+const CLI::Validator positive(
+    [](const std::string& text) -> std::string {
+      double x = 0;
+      const bool number = CLI::detail::lexical_cast(text, x);
+      return number && x > 0 && std::isfinite(x) ? "" : "'" + text + "' is not a number above 0";
+    },
+    "ABOVE 0");
 
 /// Builds the commands; the chosen one leaves its work in `chosen`.
 class Program {
@@ -118,12 +130,11 @@ class Program {
         ->type_name("failed");
     sub->add_option("--memory-gib", run_.wish.memory_gib,
                     "for all slots made at once (default: 4/5 of the machine's)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive);
     add_pictures(sub);
-    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
-        ->check(CLI::PositiveNumber);
+    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")->check(positive);
     sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
-        ->check(CLI::PositiveNumber);
+        ->check(positive);
     flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",
                  [this] { return status(shared_, run_.flow); });
     flow_command(
@@ -199,10 +210,11 @@ class Program {
     sub->add_option("MESH", score_.mesh)->required();
     sub->add_option("--radius-m", score_.radius_m, "radius of the geodesic balls")
         ->required()
-        ->check(CLI::PositiveNumber);
+        ->check(positive);
     sub->add_option("--out", score_.out, "FILE.ply or FILE.csv (default: CSV on stdout)");
     sub->add_option("--metric", score_.metric, "hop or dijkstra")->check(CLI::IsMember({"hop", "dijkstra"}));
     sub->add_option("--units", score_.unit, "unit of the file: m, cm, mm, inch, or metres per unit");
+    sub->add_option("--decimate", score_.decimate, decimate_text)->check(CLI::PositiveNumber);
 
     sub = command("writhe", "writhe matrix and Gauss linking integral of two polylines",
                   [this] { return writhe(shared_, writhe_); });
@@ -232,6 +244,7 @@ class Program {
     sub->add_option("--loads", evaluate_.loads,
                     "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
+    sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(CLI::PositiveNumber);
     sub->add_flag("--margins", evaluate_.margins,
                   "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");

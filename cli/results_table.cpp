@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "hands/grasp.h"
@@ -92,6 +93,12 @@ void describe_evaluation(const reports::Evaluations& all, const reports::Evaluat
   row["directions"] = static_cast<double>(result.directions.size());
   row["directions_held"] =
       static_cast<double>(std::ranges::count(result.directions, true, &reports::DirectionResult::held));
+  row["directions_held_2_cm"] = static_cast<double>(
+      std::ranges::count(result.directions, true, &reports::DirectionResult::held_within_2_cm));
+  row["held_2_cm"] = result.held_within_2_cm ? 1.0 : 0.0;
+  if (!result.worst.empty()) row["worst_direction"] = result.worst;
+  if (result.fall_s) row["fall_s"] = *result.fall_s;
+  row["valid"] = all.valid() ? 1.0 : 0.0;
 }
 
 void describe_cage(const reports::CageResult& cage, Row& row) {
@@ -101,6 +108,15 @@ void describe_cage(const reports::CageResult& cage, Row& row) {
   row["cage_wrenches"] = static_cast<double>(cage.wrenches);
   row["cage_wrenches_lost"] = static_cast<double>(cage.wrenches_lost);
   row["cage_escape_search"] = cage.search;
+  row["cage_searches_found"] = static_cast<double>(cage.searches_found);
+  if (cage.rise_m) row["cage_rise_m"] = *cage.rise_m;
+  if (cage.compliant > 0) row["cage_compliant_retained"] = static_cast<double>(cage.compliant_retained);
+  if (cage.half_weights) row["cage_a50_weights"] = *cage.half_weights;
+  if (!cage.half_weights && !cage.half.empty()) row["cage_a50_censored"] = cage.half;
+  for (const auto& one : cage.amplitudes) {
+    row[fmt::format("cage_survival_{:g}", one.weights)] = number(one.survival);
+    row[fmt::format("cage_mean_held_s_{:g}", one.weights)] = number(one.mean_held_s);
+  }
 }
 
 /// The rows of one pair.
@@ -115,7 +131,7 @@ class PairRows {
     common_["pair_outcome"] = std::string(word(result.outcome));
     common_["lost_at"] = stage_of_loss(result.outcome);
     common_["sentence"] = result.sentence;
-    if (tested(pair, slots)) common_["held"] = 0.0;
+    if (tested(pair, slots)) common_["held"] = common_["held_2_cm"] = 0.0;
     for (const auto& [name, value] : pair.levels) common_[name] = level_cell(value);
     const auto agreement = slots.find(pair.agreement_slot);
     if (agreement == slots.end()) return;
@@ -169,7 +185,8 @@ class PairRows {
       for (const auto& test : tests.grasps)
         if (test.grasp == static_cast<int>(i)) describe_evaluation(tests, test, row);
       for (const auto& one : cages.grasps)
-        if (one.grasp == static_cast<int>(i)) describe_cage(one, row);
+        if (one.grasp == static_cast<int>(i))
+          describe_cage(one, row), row["cage_valid"] = cages.valid() ? 1.0 : 0.0;
     }
     return rows.empty() ? std::vector<Row>{common_} : rows;
   }
@@ -201,6 +218,7 @@ class Reader {
     return std::holds_alternative<double>(cell(row, "held"));
   }
   double held(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held")); }
+  double held_2_cm(const std::vector<Cell>& row) const { return std::get<double>(cell(row, "held_2_cm")); }
   /// The pair's best grasp, or the row that says that it has none.
   bool best(const std::vector<Cell>& row) const {
     const auto* grasp = std::get_if<double>(&cell(row, "grasp"));
@@ -231,6 +249,16 @@ std::vector<std::string> settings_of(const Flow& flow) {
   return names;
 }
 
+/// Columns that some row has, whose names start with either.
+std::set<std::string> columns_of(const std::vector<Row>& rows, std::string_view start,
+                                 std::string_view other) {
+  std::set<std::string> names;
+  for (const auto& row : rows)
+    for (const auto& [name, value] : row)
+      if (name.starts_with(start) || name.starts_with(other)) names.insert(name);
+  return names;
+}
+
 }  // namespace
 
 Table grasp_table(const Flow& flow, const RunSummary& summary) {
@@ -247,16 +275,41 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
   for (const char* name :
        {"pair_outcome", "lost_at", "best_lost_at", "sentence", "grasp", "heuristic", "force_closure"})
     table.columns.emplace_back(name);
-  std::set<std::string> scores;
-  for (const auto& row : rows)
-    for (const auto& [name, value] : row)
-      if (name.starts_with("score_")) scores.insert(name);
+  const auto scores = columns_of(rows, "score_", "score_");
   table.columns.insert(table.columns.end(), scores.begin(), scores.end());
-  for (const char* name : {"approach_outcome", "approach_s", "min_clearance_m", "certified", "protocol",
-                           "object_geometry", "outcome", "reason", "held", "drift_m", "drift_rad",
-                           "directions", "directions_held", "cage_outcome", "cage_pulls_retained",
-                           "cage_ring_retained", "cage_wrenches", "cage_wrenches_lost", "cage_escape_search"})
+  for (const char* name : {"approach_outcome",
+                           "approach_s",
+                           "min_clearance_m",
+                           "certified",
+                           "protocol",
+                           "object_geometry",
+                           "outcome",
+                           "reason",
+                           "held",
+                           "held_2_cm",
+                           "drift_m",
+                           "drift_rad",
+                           "directions",
+                           "directions_held",
+                           "directions_held_2_cm",
+                           "worst_direction",
+                           "fall_s",
+                           "valid",
+                           "cage_outcome",
+                           "cage_pulls_retained",
+                           "cage_ring_retained",
+                           "cage_wrenches",
+                           "cage_wrenches_lost",
+                           "cage_escape_search",
+                           "cage_searches_found",
+                           "cage_rise_m",
+                           "cage_compliant_retained",
+                           "cage_a50_weights",
+                           "cage_a50_censored",
+                           "cage_valid"})
     table.columns.emplace_back(name);
+  const auto amplitudes = columns_of(rows, "cage_survival_", "cage_mean_held_s_");
+  table.columns.insert(table.columns.end(), amplitudes.begin(), amplitudes.end());
   for (Row& row : rows) {
     auto& cells = table.rows.emplace_back();
     for (const auto& name : table.columns) cells.push_back(row[name]);
@@ -273,6 +326,7 @@ Table rate_table(const Flow& flow, const Table& grasps) {
     if (!read.tested(row)) continue;
     const auto key = read.cells(row, keys);
     cases[{"grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
+    cases[{"grasp held within 2 cm", key}][read.cell(row, "object")].push_back(read.held_2_cm(row));
     if (read.best(row)) cases[{"best grasp held", key}][read.cell(row, "object")].push_back(read.held(row));
   }
   Table table{"rates", {"measure"}, {}};
@@ -301,8 +355,8 @@ Table rate_table(const Flow& flow, const Table& grasps) {
 
 Table paired_table(const Flow& flow, const Table& grasps) {
   Table table{"paired",
-              {"setting", "first", "other", "hand", "objects", "pairs", "gained", "lost", "mean_difference",
-               "bootstrap_low", "bootstrap_high"},
+              {"setting", "first", "other", "hand", "objects", "pairs", "gained", "lost", "mcnemar_p",
+               "mean_difference", "bootstrap_low", "bootstrap_high"},
               {}};
   const Reader read(grasps);
   for (const auto& setting : settings_of(flow)) {
@@ -332,7 +386,8 @@ Table paired_table(const Flow& flow, const Table& grasps) {
           }
         const auto mean = reports::bootstrap_over_groups(groups_of(objects));
         table.rows.push_back({setting, levels[0], levels[k], hand, double(objects.size()), pairs, gained,
-                              lost, mean.mean, mean.low, mean.high});
+                              lost, reports::mcnemar(static_cast<int>(gained), static_cast<int>(lost)),
+                              mean.mean, mean.low, mean.high});
       }
     }
   }

@@ -26,12 +26,20 @@ using pipeline::UserError;
 
 namespace {
 
+/// Keeps what was said.
+class Listener : public pipeline::Run {
+ public:
+  void log(std::string_view sentence) override { said += std::string(sentence) + "\n"; }
+  std::string said;
+};
+
 /// A foreign mesh, read in a worker process; it must be a closed manifold.
-geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit) {
+geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit, int decimate,
+                                   Listener& run) {
   stages::ImportParams params;
   params.unit = unit;
+  params.decimate = decimate;
   params.repair = "none";
-  pipeline::Run run;
   auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
   const auto report = geometry::check_mesh(mesh);
   if (!report.closed_manifold())
@@ -94,6 +102,13 @@ std::vector<geometry::VertexField> fields_of(const topology::BallFields& ball) {
   return columns;
 }
 
+/// A list a column, in the order of vertices; NaN is null.
+json json_of(const topology::BallFields& ball) {
+  json columns;
+  for (const auto& column : fields_of(ball)) columns[column.name] = column.values;
+  return columns;
+}
+
 }  // namespace
 
 int score(const Shared& shared, const ScoreOptions& options) {
@@ -103,25 +118,31 @@ int score(const Shared& shared, const ScoreOptions& options) {
                     "the file must end in .ply or .csv");
   if (options.out.has_parent_path() && !fs::is_directory(options.out.parent_path()))
     throw UserError(Fault::configuration, "--out " + options.out.string(), "its folder is not there");
-  const std::string name = kind == ".ply" ? "scores.ply" : "scores.csv";
+  const bool printed = options.out.empty();
+  const std::string name = printed && shared.json ? "scores.json" : "scores" + (printed ? ".csv" : kind);
   std::size_t vertices = 0;
-  std::string csv;
+  std::string text;
   const auto work = [&](const fs::path& folder) {
-    const auto mesh = closed_mesh(options.mesh, options.unit);
+    Listener run;
+    const auto mesh = closed_mesh(options.mesh, options.unit, options.decimate, run);
+    std::ofstream(folder / "said") << run.said;
     const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
     const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
     std::ofstream(folder / "vertices") << mesh.vertices.size();
-    if (kind == ".ply")
+    if (name == "scores.ply")
       geometry::write_ply(folder / name, mesh, fields_of(ball));
+    else if (name == "scores.json")
+      write_text(folder / name, json_of(ball).dump());
     else
       write_text(folder / name, csv_of(mesh, ball));
   };
   const auto collect = [&](const fs::path& folder) {
     std::ifstream(folder / "vertices") >> vertices;
-    if (!options.out.empty())
+    if (!shared.quiet) fmt::print(stderr, "{}", text_of(folder / "said"));
+    if (!printed)
       write_whole(options.out, [&](const fs::path& file) { fs::copy_file(folder / name, file); });
     else
-      csv = text_of(folder / name);
+      text = text_of(folder / name);
   };
   pipeline::run_contained(tool_limits(), options.mesh.string(), work, collect);
   if (shared.json)
@@ -129,10 +150,11 @@ int score(const Shared& shared, const ScoreOptions& options) {
                             {"vertices", vertices},
                             {"radius_m", options.radius_m},
                             {"metric", options.metric},
-                            {"out", options.out.empty() ? json() : json(options.out.string())}}
-                           .dump(2));
-  else if (options.out.empty())
-    fmt::print("{}", csv);
+                            {"out", printed ? json() : json(options.out.string())},
+                            {"scores", printed ? json::parse(text) : json()}}
+                           .dump());
+  else if (printed)
+    fmt::print("{}", text);
   return 0;
 }
 
@@ -225,6 +247,20 @@ std::vector<std::string> details_of(const json& entry) {
     for (const json& one : entry["loosening"])
       lines.push_back(fmt::format("finger {} may open by a share of {}", one["finger"].get<std::string>(),
                                   level_text(one["share"], "")));
+  if (entry.contains("summary") && entry["summary"]["worst"].is_string())
+    lines.push_back(fmt::format("{} of {} pushes held, {} of them within 2 cm; the worst is {}",
+                                entry["summary"]["held"].dump(), entry["summary"]["pushes"].dump(),
+                                entry["summary"]["held_within_2_cm"].dump(),
+                                entry["summary"]["worst"].get<std::string>()));
+  if (entry.contains("a_50"))
+    if (const auto half = physics::half_amplitude_from(entry["a_50"]))
+      lines.push_back(fmt::format(
+          "half of the random wrenches hold for 10 s at an amplitude of {} weights (a_50)", half->text()));
+  for (const json& control : entry["controls"])
+    if (!control["ok"].get<bool>())
+      lines.push_back(fmt::format("NOT VALID: control '{}' held in {} of {} trials ({})",
+                                  control["name"].get<std::string>(), control["held"].dump(),
+                                  control["trials"].dump(), control["rule"].get<std::string>()));
   if (entry["self_check"]["trials"] == 0) return lines;
   lines.push_back("self-check: half step " + entry["self_check"]["agree_at_half_step"].dump() + " of " +
                   entry["self_check"]["trials"].dump() + ", twice the iterations " +
@@ -243,6 +279,8 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
     for (const auto& evaluation : all.list) {
       seen.entries.push_back(stages::to_json(all, evaluation));
       seen.entries.back()["self_check"] = physics::to_json(all.self_check);
+      seen.entries.back()["controls"] = physics::to_json(all.controls);
+      seen.entries.back()["valid"] = all.valid();
     }
     seen.recordings = all.recordings;
   };
@@ -292,8 +330,9 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
                       "say --hand " + grasp.hand);
     hands::joint_vector(hand.tree, grasp.joints_rad, options.grasp.string());
   }
-  const auto mesh = closed_mesh(options.mesh, options.unit);
-  pipeline::Run run;
+  Listener run;
+  const auto mesh = closed_mesh(options.mesh, options.unit, options.decimate, run);
+  if (!shared.quiet) fmt::print(stderr, "{}", run.said);
   const std::string where = options.mesh.string() + ", " + options.grasp.string();
   const auto field = pipeline::contained<geometry::SignedDistanceField>(
       limits_of_evaluation(), where, [&] { return stages::field(stages::FieldParams{}, run, mesh); });
@@ -314,7 +353,7 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     });
   for (const json& entry : list) {
     const std::string outcome = entry["outcome"], protocol = entry["protocol"], reason = entry["reason"];
-    bad += outcome == "rejected" || outcome == "error";
+    bad += outcome == "rejected" || outcome == "error" || !entry["valid"].get<bool>();
     if (!shared.json && protocols.size() == 1) fmt::print("{}: {}\n", outcome, reason);
     if (!shared.json && protocols.size() > 1)
       fmt::print("{:<14} grasp {:<3} {:<10} {}\n", protocol, entry["grasp"].get<int>(), outcome, reason);

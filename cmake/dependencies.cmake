@@ -8,6 +8,7 @@ find_package(CGAL 5.5 REQUIRED)
 include(CGAL_Eigen3_support) # finds nothing before Eigen3
 find_package(embree 3 REQUIRED)
 find_package(assimp REQUIRED)
+find_package(meshoptimizer REQUIRED)
 find_package(octomap REQUIRED)
 find_package(hwy REQUIRED)
 find_package(CLI11 REQUIRED)

@@ -1,6 +1,7 @@
 #include "geometry/file_guards.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -68,10 +69,15 @@ PlyCounts guard_ply(const fs::path& file) {
     if (word == "element" && !(words >> element >> counts[element]))
       refuse_ply(file, "its header has a broken line: '" + line.substr(0, 60) + "'");
     if (word == "property" && words >> type) {
-      if (type == "list") words >> type;  // an empty list is its count alone
-      const int size = size_of_type(type);
-      if (size == 0) refuse_ply(file, "its header names an unknown type: '" + line.substr(0, 60) + "'");
-      smallest_row[element] += format == "ascii" ? 2 : static_cast<std::uint64_t>(size);
+      const bool list = type == "list";
+      std::string item, name;
+      if (list) words >> type >> item >> name;  // an empty list is its count alone,
+      const int size = size_of_type(type), item_size = size_of_type(list ? item : type);
+      if (size == 0 || item_size == 0)
+        refuse_ply(file, "its header names an unknown type: '" + line.substr(0, 60) + "'");
+      const bool corners = list && name.starts_with("vertex_ind");  // but a face has three corners
+      const int bytes = format == "ascii" ? (corners ? 8 : 2) : size + (corners ? 3 * item_size : 0);
+      smallest_row[element] += static_cast<std::uint64_t>(bytes);
     }
   }
   if (!ended) refuse_ply(file, "its header has no end");
@@ -110,6 +116,10 @@ void guard_pcd(const fs::path& file) {
     header[line.substr(0, space)] = space == std::string::npos ? "" : line.substr(space + 1);
   }
   if (!header.contains("DATA")) refuse_pcd(file, "its header has no DATA line: this is not a PCD file");
+  std::istringstream types(header["TYPE"]);
+  for (std::string type; types >> type;)
+    if (type != "F" && type != "I" && type != "U")
+      refuse_pcd(file, "its header names an unknown type: '" + type.substr(0, 20) + "'");
   const auto number = [&](const char* key) {
     std::uint64_t value = 0;
     std::istringstream(header[key]) >> value;
@@ -134,6 +144,13 @@ void guard_pcd(const fs::path& file) {
       refuse_pcd(file, "what it has packed is not as long as its header promises");
   }
   if (needed > left + 1) refuse_pcd(file, "the file is shorter than its header promises");
+  if (header["DATA"] == "ascii") {
+    std::uint64_t lines = 0;
+    while (lines < points && std::getline(in, line)) lines += line.find_first_not_of(" \t\r") != line.npos;
+    if (lines < points)
+      refuse_pcd(file, "it holds " + std::to_string(lines) + " of the " + std::to_string(points) +
+                           " points that its header promises");
+  }
 }
 
 void guard_text_mesh(const fs::path& file) {
@@ -168,19 +185,119 @@ void guard_stl(const fs::path& file) {
   const bool whole = size >= 84 && size == 84 + 50ull * triangles;
   if (whole) return;
   std::ifstream text(file);
-  std::string word, rest;
+  std::string word, line;
   text >> word;
-  std::ostringstream all;
-  all << text.rdbuf();
-  rest = all.str();
-  if (word != "solid" || rest.find("facet") == std::string::npos)
+  bool facet = false, ended = false;
+  while (std::getline(text, line) && !ended) {
+    facet = facet || line.find("facet") != std::string::npos;
+    ended = line.find("endsolid") != std::string::npos;
+  }
+  if (word != "solid" || !facet)
     throw UserError(Fault::input, file.string(),
                     "this is neither a text STL nor a binary one whose length fits its count of " +
                         std::to_string(triangles) + " triangles",
                     "the file is cut or broken; write it anew");
-  if (rest.find("endsolid") == std::string::npos)
+  if (!ended)
     throw UserError(Fault::input, file.string(), "this text STL has no 'endsolid': it is cut",
                     "write it anew");
+}
+
+namespace {
+
+/// The lines of an OFF that say something, cut at comments.
+class OffLines {
+ public:
+  explicit OffLines(const fs::path& file) : in_(file, std::ios::binary) {}
+  bool next(std::string& line) {
+    while (std::getline(in_, line)) {
+      line = line.substr(0, line.find('#'));
+      if (line.find_first_not_of(" \t\r") != std::string::npos) return true;
+    }
+    return false;
+  }
+
+ private:
+  std::ifstream in_;
+};
+
+struct OffCounts {
+  long vertices = 0, faces = 0;
+};
+
+/// Reads the header; false where it is no text OFF with counts, which the reader will say.
+bool off_counts(OffLines& lines, OffCounts& counts) {
+  std::string line;
+  for (int i = 0; i < 2 && lines.next(line); ++i) {
+    if (line.find("BINARY") != std::string::npos) return false;
+    std::istringstream words(line);
+    std::string word;
+    if (line.find("OFF") != std::string::npos) words >> word;  // counts may follow on the same line
+    if (words >> counts.vertices >> counts.faces) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void guard_off(const fs::path& file) {
+  OffLines lines(file);
+  OffCounts counts;
+  if (!off_counts(lines, counts)) return;
+  const auto refuse = [&](const std::string& sentence) {
+    throw UserError(Fault::input, file.string(), sentence, "write the file anew with another tool");
+  };
+  std::string line;
+  for (long v = 0; v < counts.vertices; ++v)
+    if (!lines.next(line))
+      refuse("it ends after " + std::to_string(v) + " of " + std::to_string(counts.vertices) + " vertices");
+  for (long f = 0; f < counts.faces; ++f) {
+    if (!lines.next(line))
+      refuse("it ends after " + std::to_string(f) + " of " + std::to_string(counts.faces) + " faces");
+    char* at = line.data();
+    const long corners = std::strtol(at, &at, 10);
+    for (long k = 0; k < corners; ++k) {
+      char* const before = at;
+      const long v = std::strtol(at, &at, 10);
+      if (at == before) refuse("face " + std::to_string(f) + " has fewer corners than it says");
+      if (v < 0 || v >= counts.vertices)
+        refuse("face " + std::to_string(f) + " names vertex " + std::to_string(v) + ", but there are " +
+               std::to_string(counts.vertices));
+    }
+  }
+}
+
+std::uint64_t declared_faces(const fs::path& file) {
+  const std::string ending = ending_of(file);
+  if (ending == ".ply") return guard_ply(file).faces;
+  std::ifstream in(file, std::ios::binary);
+  if (ending == ".stl") {
+    char head[84] = {};
+    in.read(head, sizeof head);
+    std::uint32_t triangles = 0;
+    std::memcpy(&triangles, head + 80, 4);
+    return fs::file_size(file) == 84 + 50ull * triangles ? triangles : 0;
+  }
+  if (ending != ".off") return 0;
+  OffLines lines(file);
+  OffCounts counts;
+  return off_counts(lines, counts) && counts.faces > 0 ? static_cast<std::uint64_t>(counts.faces) : 0;
+}
+
+std::string ply_with_cr(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string header, line;
+  bool binary = false;
+  while (std::getline(in, line) && header.size() < 100000) {
+    header += line + "\n";
+    binary = binary || line.starts_with("format binary");
+    if (line != "end_header") continue;
+    if (!binary || in.peek() != '\n') break;
+    header.insert(header.size() - 1, "\r");
+    std::ostringstream rest;
+    rest << in.rdbuf();
+    return header + rest.str();
+  }
+  return {};
 }
 
 }  // namespace geocage::geometry

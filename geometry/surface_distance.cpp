@@ -93,6 +93,12 @@ double SurfaceDistance::distance_m(const Vec3& p_O, int& nearest) const {
   return std::sqrt(query.best2);
 }
 
+double SurfaceDistance::distance_within(const Vec3& p_O, double limit_m) const {
+  Query query{this, p_O - center_, limit_m * limit_m, 0};
+  search(query);
+  return std::sqrt(query.best2);
+}
+
 SurfaceDistance::Foot SurfaceDistance::foot(const Vec3& p_O, int& nearest) const {
   const double distance = distance_m(p_O, nearest);
   return {facets_[nearest].nearest_point(p_O - center_) + center_, distance};
@@ -172,25 +178,15 @@ struct Tally {
   }
 };
 
-/// Cuts the triangle into n x n alike ones, whose centres are at most 2/3 of their longest side away from any
-/// of their points (a median is no longer than the longest side, and the centre is at two thirds of it).
 void add_triangle(const TriangleMesh& mesh, int triangle, const SurfaceDistance& to, double spacing_m,
                   int& nearest, Tally& tally) {
-  const auto& t = mesh.triangles[triangle];
-  const Vec3 &a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a, ac = mesh.vertices[t[2]] - a;
-  const double longest = std::sqrt(std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}));
-  const int n = std::max(1, static_cast<int>(std::ceil(2 * longest / (3 * spacing_m))));
-  const double part = ab.cross(ac).norm() / 2 / n / n;
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; i + j < n; ++j)
-      for (int upper = 0; upper < (i + j + 1 < n ? 2 : 1); ++upper) {
-        const double shift = upper ? 2.0 / 3 : 1.0 / 3;
-        const double d = to.distance_m(a + (i + shift) / n * ab + (j + shift) / n * ac, nearest);
-        tally.integral += d * part;
-        tally.squares += d * d * part;
-        tally.area += part;
-        tally.add_sample(d, triangle);
-      }
+  for_samples(mesh, triangle, spacing_m, [&](const Vec3& p, double part) {
+    const double d = to.distance_m(p, nearest);
+    tally.integral += d * part;
+    tally.squares += d * d * part;
+    tally.area += part;
+    tally.add_sample(d, triangle);
+  });
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -29,6 +31,9 @@ class SurfaceDistance {
 
   /// Unsigned distance of p. `nearest` comes in as any triangle, best one near p, and leaves as the nearest.
   double distance_m(const Vec3& p_O, int& nearest) const;
+
+  /// The same where it is less than `limit_m`, else `limit_m`.
+  double distance_within(const Vec3& p_O, double limit_m) const;
 
   struct Foot {
     Vec3 point_O;
@@ -69,6 +74,24 @@ class SurfaceDistance {
   std::vector<Facet> facets_;
   RayScene scene_;
 };
+
+/// Calls `take(centre, area)` for the parts of a triangle: n x n alike ones, whose centres are at most 2/3 of
+/// their longest side away from any of their points (a median is no longer than the longest side, and the
+/// centre is at two thirds of it), so that no point of the triangle is farther than `spacing_m` from one.
+template <class Take>
+void for_samples(const TriangleMesh& mesh, int triangle, double spacing_m, Take take) {
+  const auto& t = mesh.triangles[triangle];
+  const Vec3 &a = mesh.vertices[t[0]], ab = mesh.vertices[t[1]] - a, ac = mesh.vertices[t[2]] - a;
+  const double longest = std::sqrt(std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()}));
+  const int n = std::max(1, static_cast<int>(std::ceil(2 * longest / (3 * spacing_m))));
+  const double part = ab.cross(ac).norm() / 2 / n / n;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; i + j < n; ++j)
+      for (int upper = 0; upper < (i + j + 1 < n ? 2 : 1); ++upper) {
+        const double shift = upper ? 2.0 / 3 : 1.0 / 3;
+        take(Vec3(a + (i + shift) / n * ab + (j + shift) / n * ac), part);
+      }
+}
 
 /// How far a surface lies from another one.
 struct Deviation {

@@ -102,7 +102,6 @@ void write_json(const json& value, const std::filesystem::path& file) {
 }
 
 std::vector<Grasp> grasps_from_json(const json& value, const std::string& where) {
-  check_schema(value, set_schema, where);
   const json& list = member(value, "grasps", where);
   if (!list.is_array()) throw UserError(Fault::input, where, "'grasps' is not a list");
   std::vector<Grasp> grasps;
@@ -209,9 +208,11 @@ Grasp grasp_from_json(const json& object, const std::string& where) {
 
 GraspSet read_grasps(const std::filesystem::path& file) {
   const json value = read_json(file);
-  if (value.is_object() && value.value("schema", json()) == grasp_schema)
-    return {{grasp_from_json(value, file.string())}, {}};
-  return {grasps_from_json(value, file.string()), {}};
+  const std::string where = file.string(), schema = text(value, "schema", where);
+  if (schema == grasp_schema) return {{grasp_from_json(value, where)}, {}};
+  if (schema == set_schema) return {grasps_from_json(value, where), {}};
+  throw UserError(Fault::input, where, "its schema is '" + schema + "'",
+                  fmt::format("this program reads '{}' and '{}'", grasp_schema, set_schema));
 }
 
 std::string_view artefact_kind(const GraspSet*) {

@@ -113,28 +113,21 @@ class Aico::Sweeper {
     result_.costs.clear();
     result_.costs.push_back(terms_.total_cost(now_.belief));
     result_.sweeps = result_.accepted = 0;
-    Damping damping(params_.damping);
-    for (int rejections = 0; result_.sweeps < params_.max_sweeps;) {
+    Damping damping(params_.damping, params_.max_rejections);
+    while (result_.sweeps < params_.max_sweeps) {
       before_ = now_;
       sweep(damping.value(), result_.accepted == 0);
       ++result_.sweeps;
       const double cost = terms_.total_cost(now_.belief), best = result_.costs.back();
       result_.last_move = largest_move(before_.belief, now_.belief);
       const bool still = result_.last_move < params_.step_tolerance;
-      if (!(cost <= best)) {
-        now_ = before_;
-        // A small move at the first try: as good as it gets, the rise is rounding. Later ones are small of
-        // damping.
-        const bool rested = still && rejections == 0;
-        if (rested || ++rejections == params_.max_rejections) {
-          result_.outcome = rested ? AicoOutcome::converged : AicoOutcome::stalled;
-          break;
-        }
-        damping.failed();
-        continue;
+      const Verdict verdict = damping.judge(cost, best, still);
+      if (verdict != Verdict::keep) now_ = before_;
+      if (verdict == Verdict::undo) continue;
+      if (verdict != Verdict::keep) {
+        result_.outcome = verdict == Verdict::rested ? AicoOutcome::converged : AicoOutcome::stalled;
+        break;
       }
-      rejections = 0;
-      damping.helped();
       ++result_.accepted;
       result_.costs.push_back(cost);
       if (params_.mode == SweepMode::whole) relinearise();

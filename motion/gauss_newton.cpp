@@ -49,24 +49,18 @@ class GaussNewton::Stepper {
     std::swap(seen_, tried_);
     result_.outcome = AicoOutcome::sweep_limit;
     normal_equations();
-    Damping damping(params_.damping);
-    int rejections = 0;
+    Damping damping(params_.damping, params_.max_rejections);
     for (result_.steps = 0; result_.steps < params_.max_steps;) {
       ++result_.steps;
       take_step(damping.value());
       const double best = result_.costs.back(), cost = linearise(next_, best);
       const bool still = largest_move(next_, result_.path) < params_.step_tolerance;
-      if (!(cost <= best)) {
-        const bool rested = still && rejections == 0;  // later moves are small of damping
-        if (rested || ++rejections == params_.max_rejections) {
-          result_.outcome = rested ? AicoOutcome::converged : AicoOutcome::stalled;
-          break;
-        }
-        damping.failed();
-        continue;
+      const Verdict verdict = damping.judge(cost, best, still);
+      if (verdict == Verdict::undo) continue;
+      if (verdict != Verdict::keep) {
+        result_.outcome = verdict == Verdict::rested ? AicoOutcome::converged : AicoOutcome::stalled;
+        break;
       }
-      rejections = 0;
-      damping.helped();
       std::swap(result_.path, next_);
       std::swap(seen_, tried_);
       result_.costs.push_back(cost);

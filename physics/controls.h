@@ -32,4 +32,8 @@ std::vector<Control> controls_from(const nlohmann::json& list);
 /// (stays), and along a bar without them (leaves).
 std::vector<Control> known_cages(const CageProtocol& protocol, int seeds);
 
+/// The same for a force test, without friction: the walls are capsules of a hand without joints, and the
+/// ring's play of 5 mm is below any protocol's limits. Six pushes each, along the bare bar two.
+std::vector<Control> known_cages(const Protocol& protocol);
+
 }  // namespace geocage::physics

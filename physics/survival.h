@@ -1,5 +1,9 @@
 #pragma once
+#include <optional>
+#include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 namespace geocage::physics {
 
@@ -21,5 +25,27 @@ std::vector<SurvivalStep> survival(std::vector<Life> lives);
 double mean_held_s(const std::vector<SurvivalStep>& curve, double horizon_s);
 /// S at `time_s`.
 double share_at(const std::vector<SurvivalStep>& curve, double time_s);
+
+/// Share still held under random wrenches of one amplitude (in weights), over so many trials.
+struct AmplitudeShare {
+  double amplitude = 0, share = 1;
+  int trials = 0;
+};
+/// a_50: the amplitude at which half is still held. Where all tested amplitudes hold less, or more, than half
+/// it is only known to be below the smallest, or above the largest one (censored).
+struct HalfAmplitude {
+  enum class Is { at, below, above } is = Is::at;
+  double amplitude = 0;
+
+  std::string text() const;  ///< "1.41", "below 0.5", "above 5"
+};
+/// Shares that rise with the amplitude, which chance alone does, are first pooled (isotonic regression, each
+/// weighed by its trials; Ayer et al. 1955); then the first crossing of one half is interpolated linearly
+/// between neighbouring amplitudes. Nothing without shares.
+std::optional<HalfAmplitude> half_amplitude(std::vector<AmplitudeShare> shares);
+
+/// {"is": "at", "below" or "above", "weights": a}; null for nothing.
+nlohmann::json to_json(const std::optional<HalfAmplitude>& half);
+std::optional<HalfAmplitude> half_amplitude_from(const nlohmann::json& entry);
 
 }  // namespace geocage::physics

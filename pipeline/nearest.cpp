@@ -25,9 +25,11 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known) {
-  const auto nearest = std::min_element(known.begin(), known.end(), [&](const auto& a, const auto& b) {
-    return edit_distance(word, a) < edit_distance(word, b);
-  });
+  const auto rank = [&](const std::string& name) {
+    return std::pair(word.empty() || !name.starts_with(word), edit_distance(word, name));
+  };
+  const auto nearest = std::min_element(known.begin(), known.end(),
+                                        [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   return nearest == known.end() ? "" : *nearest;
 }
 

@@ -4,8 +4,8 @@
 
 namespace geocage::pipeline {
 
-/// The known word with the smallest edit distance (Levenshtein), the first of equals; empty when none is
-/// known.
+/// The known word with the smallest edit distance (Levenshtein), those that begin with `word` before others,
+/// the first of equals; empty when none is known.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace geocage::pipeline

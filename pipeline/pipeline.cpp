@@ -302,6 +302,7 @@ void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
     } catch (...) {
       describe_failure(node.result);
       keep_failure(node, key);
+      node.failed_here = true;
       node.result.seconds = seconds_since(start);
       return;
     }
@@ -325,6 +326,7 @@ bool Pipeline::failed_before(Node& node, const std::string& key) const {
   const auto failure = Ledger(store_).find(node.slot);
   if (!failure || failure->key != key || failure->program != program_digest()) return false;
   recall(*failure, node.result);
+  node.result.known = !node.failed_here;
   return true;
 }
 

@@ -89,6 +89,7 @@ struct Node {
 
   std::optional<std::string> content;  ///< once settled
   SlotResult result;
+  bool failed_here = false;  ///< tried by this process
   std::mutex value_mutex;
   std::weak_ptr<const void> value;  ///< shared by the slots that read it at the same time
 };

@@ -109,27 +109,30 @@ std::string test_result(const PairResults& pair) {
   for (const auto& [outcome, count] : test.counts)
     outcomes += fmt::format("{}{} {}", outcomes.empty() ? "" : ", ", count, escaped(outcome));
   std::string html = element("h3", fmt::format("Test <code>{}</code>", escaped(test.protocol)));
-  html += element(
-      "p", fmt::format(
-               "Held: <b>{} of {}</b>{}{} (95 % interval {} to {}). Outcomes: {}. Simulated with {}.",
-               test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share), percent(rate.low),
-               percent(rate.high), outcomes,
-               test.object_geometry == "truth" ? "the true surface" : "the surface rebuilt from the scan"));
+  html += element("p", fmt::format("Held: <b>{} of {}</b>{}{} (95 % interval {} to {}), {} within 2 cm. "
+                                   "Outcomes: {}. Simulated with {}.",
+                                   test.held(), test.grasps.size(), interval_bar(rate), percent(rate.share),
+                                   percent(rate.low), percent(rate.high), test.held_within_2_cm(), outcomes,
+                                   test.object_geometry == "truth" ? "the true surface"
+                                                                   : "the surface rebuilt from the scan"));
   return html + controls(test.controls);
 }
 
 std::string cage_table(const Cages& cages) {
   std::vector<Row> rows = {
-      {"grasp", "pulls kept", "ring kept", "wrenches kept", "way out", "outcome", "why"}};
+      {"grasp", "pulls kept", "ring kept", "wrenches kept", "a50 [weights]", "way out", "outcome", "why"}};
   for (const CageResult& cage : cages.grasps)
     rows.push_back({std::to_string(cage.grasp + 1), fmt::format("{} of {}", cage.pulls_retained, cage.pulls),
                     fmt::format("{} of {}", cage.ring_retained, cage.ring),
                     fmt::format("{} of {}", cage.wrenches - cage.wrenches_lost, cage.wrenches),
-                    escaped(cage.search), badge(cage.outcome), escaped(cage.reason)});
+                    cage.half.empty() ? "–" : escaped(cage.half), escaped(cage.search), badge(cage.outcome),
+                    escaped(cage.reason)});
   return element("h3", "Cage test: fingers locked, no friction") +
          element("p",
                  "A way out that was not found is no proof of a cage. “Ring” is gravity across the closing "
-                 "axis, with that axis locked.") +
+                 "axis, with that axis locked. a50 is the amplitude of random wrenches at which half are "
+                 "kept for 10 "
+                 "s.") +
          table(rows, "class=\"text\"") + controls(cages.controls);
 }
 

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <limits>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/error.h"
@@ -40,8 +41,12 @@ EvaluationResult evaluation_from(const json& entry) {
   result.reason = entry.at("reason");
   result.drift_m = number(entry, "drift_m");
   result.drift_rad = number(entry, "drift_rad");
+  result.held_within_2_cm = entry.at("held_within_2_cm");
+  const json& summary = entry.at("summary");
+  if (summary.at("worst").is_string()) result.worst = summary.at("worst");
+  if (summary.at("fall_s").is_number()) result.fall_s = summary.at("fall_s").get<double>();
   for (const json& direction : entry.at("directions"))
-    result.directions.push_back({direction.at("name"), direction.at("held"),
+    result.directions.push_back({direction.at("name"), direction.at("held"), direction.at("held_within_2_cm"),
                                  number(direction, "max_displacement_m"),
                                  number(direction, "max_rotation_rad")});
   return result;
@@ -66,6 +71,18 @@ int Evaluations::held() const {
   return static_cast<int>(std::ranges::count(grasps, "held", &EvaluationResult::outcome));
 }
 
+int Evaluations::held_within_2_cm() const {
+  return static_cast<int>(std::ranges::count(grasps, true, &EvaluationResult::held_within_2_cm));
+}
+
+bool Evaluations::valid() const {
+  return std::ranges::all_of(controls, &ControlResult::ok);
+}
+
+bool Cages::valid() const {
+  return std::ranges::all_of(controls, &ControlResult::ok);
+}
+
 Cages read_cages(const fs::path& folder) {
   const json file = read_json(folder / "cages.json", "geocage-cages 1");
   Cages all;
@@ -75,11 +92,26 @@ Cages read_cages(const fs::path& folder) {
     cage.grasp = entry.at("grasp");
     cage.outcome = entry.at("outcome"), cage.reason = entry.at("reason");
     cage.search = entry.at("escape_search").at("result");
+    cage.searches_found = entry.at("escape_search").at("found");
+    const auto rises = entry.at("escape_search").at("rise_m").get<std::vector<double>>();
+    if (!rises.empty()) cage.rise_m = std::ranges::min(rises);
+    cage.compliant = static_cast<int>(entry.at("compliant").size()),
+    cage.compliant_retained = held_of(entry.at("compliant"));
     cage.pulls = static_cast<int>(entry.at("directions").size()),
     cage.pulls_retained = held_of(entry.at("directions"));
     cage.ring = static_cast<int>(entry.at("ring").size()), cage.ring_retained = held_of(entry.at("ring"));
-    for (const json& wrench : entry.at("wrenches"))
+    for (const json& wrench : entry.at("wrenches")) {
       cage.wrenches += wrench.at("trials").get<int>(), cage.wrenches_lost += wrench.at("lost").get<int>();
+      cage.amplitudes.push_back(
+          {number(wrench, "amplitude_weights"), number(wrench, "survival"), number(wrench, "mean_held_s")});
+    }
+    std::ranges::sort(cage.amplitudes, {}, &WrenchResult::weights);
+    if (const json& half = entry.at("a_50"); !half.is_null()) {
+      const double weights = half.at("weights");
+      const std::string is = half.at("is");
+      if (is == "at") cage.half_weights = weights;
+      cage.half = (is == "at" ? "" : is + " ") + fmt::format("{:.3g}", weights);
+    }
   }
   return all;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,7 +11,7 @@ namespace geocage::reports {
 /// One push of one grasp.
 struct DirectionResult {
   std::string name;
-  bool held = false;
+  bool held = false, held_within_2_cm = false;
   double max_displacement_m = 0, max_rotation_rad = 0;
 };
 
@@ -18,6 +19,9 @@ struct EvaluationResult {
   int grasp = 0;
   std::string outcome, reason;
   double drift_m = 0, drift_rad = 0;
+  bool held_within_2_cm = false;
+  std::string worst;             ///< push; empty where none was made to its end
+  std::optional<double> fall_s;  ///< when the first push was lost
   std::vector<DirectionResult> directions;
 };
 
@@ -37,18 +41,32 @@ struct Evaluations {
   std::vector<EvaluationResult> grasps;
 
   int held() const;
+  int held_within_2_cm() const;
+  bool valid() const;  ///< every control answers as it must
 };
 Evaluations read_evaluations(const std::filesystem::path& folder);
+
+/// Random wrenches of one amplitude.
+struct WrenchResult {
+  double weights = 0, survival = 0, mean_held_s = 0;
+};
 
 /// One grasp of "geocage-cages 1".
 struct CageResult {
   int grasp = 0;
-  std::string outcome, reason, search;  ///< search: "found", "not found", "stuck"
+  std::string outcome, reason, search;   ///< search: "found", "not found", "stuck"
+  std::vector<WrenchResult> amplitudes;  ///< smallest first
+  std::string half;                      ///< a_50 in words: "1.41", "below 0.5"; empty without wrenches
+  std::optional<double> half_weights;    ///< where it is no bound
+  std::optional<double> rise_m;          ///< least over gravity's six axes of the ways found
+  int searches_found = 0, compliant = 0, compliant_retained = 0;
   int pulls = 0, pulls_retained = 0, ring = 0, ring_retained = 0, wrenches = 0, wrenches_lost = 0;
 };
 struct Cages {
   std::vector<ControlResult> controls;
   std::vector<CageResult> grasps;
+
+  bool valid() const;
 };
 Cages read_cages(const std::filesystem::path& folder);
 

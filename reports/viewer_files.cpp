@@ -124,7 +124,7 @@ std::map<int, json> entries_of(const json& file) {
   for (json entry : file.at("evaluations")) {
     const int grasp = entry.at("grasp");
     for (const char* key : {"engine", "counts", "schema", "protocol"}) entry.erase(key);
-    if (const auto search = entry.find("escape_search"); search != entry.end()) search->erase("path");
+    if (const auto search = entry.find("escape_search"); search != entry.end()) search->erase("X_WO");
     entries[grasp] = std::move(entry);
   }
   return entries;

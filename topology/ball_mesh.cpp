@@ -1,6 +1,7 @@
 #include "topology/ball_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 
@@ -60,10 +61,15 @@ void sort_by_key(std::vector<std::uint64_t>& items) {
 BallMesh::BallMesh(const TriangleMesh& mesh) : count(static_cast<int>(mesh.vertices.size())) {
   order_vertices(mesh);
   order_triangles(mesh);
-  join_half_edges();
-  link_vertices();
-  std::vector<int>().swap(outgoing_);
-  std::vector<int>().swap(outgoing_start_);
+  Draft draft;
+  list_outgoing(draft);
+  measure_triangles(draft);
+  join_rings(draft);
+  link_vertices(draft);
+  measure_vertices(draft);
+  if (!draft.thin) return;
+  const std::vector<double> defects = angle_defects_rad(mesh);
+  for (int v = 0; v < count; ++v) points[v].defect_rad = defects[original[v]];
 }
 
 void BallMesh::order_vertices(const TriangleMesh& mesh) {
@@ -83,7 +89,6 @@ void BallMesh::order_vertices(const TriangleMesh& mesh) {
               static_cast<std::uint32_t>(v);
   }
   sort_by_key(keys);
-  const std::vector<double> defects = angle_defects_rad(mesh);
   original.resize(keys.size());
   points.resize(keys.size());
 #pragma omp parallel for schedule(static)
@@ -91,97 +96,112 @@ void BallMesh::order_vertices(const TriangleMesh& mesh) {
     const auto v = static_cast<int>(keys[i] & 0xffffffff);
     original[i] = v;
     const Vec3& p = mesh.vertices[v];
-    points[i] = {p.x(), p.y(), p.z(), defects[v]};
+    points[i] = {p.x(), p.y(), p.z(), 0};
   }
 }
 
 /// Triangles sorted by their first corner along the curve; `opposite` is known after this.
 void BallMesh::order_triangles(const TriangleMesh& mesh) {
-  std::vector<int> rank(mesh.vertices.size());
-  for (int v = 0; v < count; ++v) rank[original[v]] = v;
-  const auto first = [&](const std::array<int, 3>& t) {
-    return std::min({rank[t[0]], rank[t[1]], rank[t[2]]});
-  };
+  const auto total = static_cast<int>(mesh.triangles.size());
+  std::vector<int> rank(mesh.vertices.size()), first(mesh.triangles.size()), sorted(mesh.triangles.size());
   std::vector<int> place(mesh.vertices.size() + 1);
-  for (const auto& t : mesh.triangles) ++place[first(t) + 1];
+#pragma omp parallel
+  {
+#pragma omp for schedule(static)
+    for (int v = 0; v < count; ++v) rank[original[v]] = v;
+#pragma omp for schedule(static)
+    for (int f = 0; f < total; ++f) {
+      const auto& t = mesh.triangles[f];
+      first[f] = std::min({rank[t[0]], rank[t[1]], rank[t[2]]});
+    }
+  }
+  for (int v : first) ++place[v + 1];
   std::partial_sum(place.begin(), place.end(), place.begin());
+  for (int f = 0; f < total; ++f) sorted[place[first[f]]++] = f;
   half_edges.resize(3 * mesh.triangles.size());
-  for (const auto& t : mesh.triangles) {
-    const int f = place[first(t)]++;
+#pragma omp parallel for schedule(static)
+  for (int f = 0; f < total; ++f) {
+    const auto& t = mesh.triangles[sorted[f]];
     for (int i = 0; i < 3; ++i) half_edges[3 * f + i] = {rank[t[(i + 2) % 3]], {-1, -1}, rank[t[i]]};
   }
 }
 
-void BallMesh::join_half_edges() {
-  const int total = static_cast<int>(half_edges.size());
-  outgoing_start_.assign(count + 1, 0);
-  for (const HalfEdge& h : half_edges) ++outgoing_start_[h.from + 1];
-  std::partial_sum(outgoing_start_.begin(), outgoing_start_.end(), outgoing_start_.begin());
-  outgoing_.resize(half_edges.size());
-  std::vector<int> heads(half_edges.size());
-  std::vector<int> place(outgoing_start_.begin(), outgoing_start_.end() - 1);
-  for (int h = 0; h < total; ++h) {
-    const int at = place[half_edges[h].from]++;
-    outgoing_[at] = h;
-    heads[at] = half_edges[after(h)].from;
-  }
+void BallMesh::list_outgoing(Draft& draft) const {
+  draft.start.assign(static_cast<std::size_t>(count) + 1, 0);
+  for (const HalfEdge& h : half_edges) ++draft.start[h.from + 1];
+  std::partial_sum(draft.start.begin(), draft.start.end(), draft.start.begin());
+  draft.outgoing.resize(half_edges.size());
+  std::vector<int> place(draft.start.begin(), draft.start.end() - 1);
+  for (int h = 0; h < static_cast<int>(half_edges.size()); ++h)
+    draft.outgoing[place[half_edges[h].from]++] = h;
+}
 
-  std::vector<double> lengths_m(half_edges.size());
-#pragma omp parallel for schedule(static)
-  for (int v = 0; v < count; ++v)
-    for (int k = outgoing_start_[v]; k < outgoing_start_[v + 1]; ++k) {
-      const int h = outgoing_[k], to = heads[k];
-      const auto first = heads.begin() + outgoing_start_[to], last = heads.begin() + outgoing_start_[to + 1];
-      const auto back = std::find(first, last, v);
-      if (back != last && to < v) continue;  // both sides of an edge at its lower end
-      lengths_m[h] = (position(v) - position(to)).norm();
-      if (back == last) continue;
-      const int other = outgoing_[back - heads.begin()];
-      lengths_m[other] = lengths_m[h];
-      for (const auto& [here, there] : {std::pair(h, other), std::pair(other, h)}) {
-        half_edges[before(here)].exits[0] = there;  // `here` is the next side of its triangle
-        half_edges[after(here)].exits[1] = there;   // and the second next of another
+void BallMesh::measure_triangles(Draft& draft) const {
+  constexpr double thin = 1e-3;  // twice the area over the longest side's square
+  const auto total = static_cast<int>(half_edges.size() / 3);
+  draft.twice_area_m2.resize(half_edges.size() / 3);
+  draft.longest_m2.resize(half_edges.size() / 3);
+  bool any_thin = false;
+#pragma omp parallel for schedule(static) reduction(|| : any_thin)
+  for (int f = 0; f < total; ++f) {
+    const HalfEdge* sides = half_edges.data() + 3 * static_cast<std::ptrdiff_t>(f);
+    const Vec3 p = position(sides[0].from), q = position(sides[1].from), r = position(sides[2].from);
+    const double twice = (q - p).cross(r - p).norm();
+    const double most2 = std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()});
+    draft.twice_area_m2[f] = twice;
+    draft.longest_m2[f] = most2;
+    any_thin = any_thin || !(twice > thin * most2);
+  }
+  draft.thin = any_thin;
+}
+
+/// What leaves each vertex, counter-clockwise; open fans first, each from its border on. The triangle of the
+/// half-edge h = v -> a is v a b: what follows it begins v -> b, and the other side of h is in the one that
+/// ends with a.
+void BallMesh::join_rings(Draft& draft) {
+  struct Spoke {
+    int half_edge, to, last, before, next;
+  };
+  std::vector<int> gaps(static_cast<std::size_t>(count) + 1);
+#pragma omp parallel
+  {
+    std::vector<Spoke> spokes;
+#pragma omp for schedule(static)
+    for (int v = 0; v < count; ++v) {
+      int* const out = draft.outgoing.data() + draft.start[v];
+      const int size = draft.start[v + 1] - draft.start[v];
+      spokes.clear();
+      for (int k = 0; k < size; ++k)
+        spokes.push_back({out[k], half_edges[after(out[k])].from, half_edges[out[k]].opposite, -1, -1});
+      for (int k = 0; k < size; ++k) {
+        Spoke& spoke = spokes[k];
+        for (int j = 0; j < size && spoke.before < 0; ++j)
+          if (spokes[j].last == spoke.to) spoke.before = j;
+        if (spoke.before >= 0) spokes[spoke.before].next = k;
+        const int twin = spoke.before < 0 ? -1 : before(spokes[spoke.before].half_edge);
+        half_edges[before(spoke.half_edge)].exits[0] = twin;  // the half-edge is the next side of this one
+        half_edges[after(spoke.half_edge)].exits[1] = twin;   // and the second next of another
+        gaps[v + 1] += twin < 0;
       }
+      int next = 0;
+      const auto fan = [&](int from) {
+        for (int k = from; k >= 0 && spokes[k].half_edge >= 0; k = spokes[k].next) {
+          out[next++] = spokes[k].half_edge;
+          spokes[k].half_edge = -1;
+        }
+      };
+      for (int k = 0; k < size; ++k)
+        if (spokes[k].before < 0) fan(k);
+      for (int k = 0; k < size; ++k) fan(k);
     }
-  measure_edges(lengths_m);
-}
-
-void BallMesh::measure_edges(const std::vector<double>& lengths_m) {
-  double sum = 0;
-  int edges = 0;
-  for (int f = 0; f < static_cast<int>(half_edges.size()); f += 3) {
-    for (int h = f; h < f + 3; ++h) {
-      const int other = half_edges[before(h)].exits[0];
-      if (other >= 0 && other < h) continue;
-      sum += lengths_m[h];
-      ++edges;
-    }
-    longest_edge_m = std::max({longest_edge_m, lengths_m[f], lengths_m[f + 1], lengths_m[f + 2]});
   }
-  mean_edge_m = edges > 0 ? sum / edges : 0;
+  link_start = draft.start;
+  std::partial_sum(gaps.begin(), gaps.end(), gaps.begin());
+  for (int v = 0; v <= count; ++v) link_start[v] += 2 * gaps[v];
 }
 
-double BallMesh::area_m2(int h) const {
-  const Vec3 p = position(half_edges[h].from);
-  const Vec3 q = position(half_edges[after(h)].from), r = position(half_edges[h].opposite);
-  return (q - p).cross(r - p).norm() / 2;
-}
-
-void BallMesh::link_vertices() {
-  link_start.assign(static_cast<std::size_t>(count) + 1, 0);
-#pragma omp parallel for schedule(static)
-  for (int v = 0; v < count; ++v) {
-    int n = outgoing_start_[v + 1] - outgoing_start_[v];
-    for (int i = outgoing_start_[v]; i < outgoing_start_[v + 1]; ++i)
-      if (twin(outgoing_[i]) < 0) n += 2;  // an open fan's last neighbour, and the gap
-    link_start[v + 1] = n;
-  }
-  std::partial_sum(link_start.begin(), link_start.end(), link_start.begin());
+void BallMesh::link_vertices(const Draft& draft) {
   links.resize(static_cast<std::size_t>(link_start.back()));
-  std::vector<char> done(half_edges.size());
-  std::vector<double> areas_m2(half_edges.size() / 3);
-#pragma omp parallel for schedule(static)
-  for (std::size_t f = 0; f < areas_m2.size(); ++f) areas_m2[f] = area_m2(static_cast<int>(3 * f));
 #pragma omp parallel for schedule(static)
   for (int v = 0; v < count; ++v) {
     int next = link_start[v];
@@ -190,21 +210,60 @@ void BallMesh::link_vertices() {
       links.half_edge[next] = half_edge;
       links.area_m2[next++] = area;
     };
-    const auto fan = [&](int h) {  // counter-clockwise from half-edge h of v
-      while (h >= 0 && !done[h]) {
-        done[h] = 1;
-        add(half_edges[after(h)].from, h, areas_m2[h / 3]);
-        const int last = half_edges[h].opposite;
-        h = half_edges[h].exits[1];  // the other side of the side that comes back to v
-        if (h >= 0) continue;
-        add(last, -1, 0);
-        add(count, -1, 0);
-      }
-    };
-    for (int i = outgoing_start_[v]; i < outgoing_start_[v + 1]; ++i)
-      if (twin(outgoing_[i]) < 0) fan(outgoing_[i]);  // open fans begin at their border
-    for (int i = outgoing_start_[v]; i < outgoing_start_[v + 1]; ++i) fan(outgoing_[i]);
+    for (int k = draft.start[v]; k < draft.start[v + 1]; ++k) {
+      const int h = draft.outgoing[k];
+      add(half_edges[after(h)].from, h, draft.twice_area_m2[h / 3] / 2);
+      if (half_edges[h].exits[1] >= 0) continue;  // the other side of the side that comes back to v
+      add(half_edges[h].opposite, -1, 0);         // an open fan's last neighbour, and the gap
+      add(count, -1, 0);
+    }
   }
+}
+
+/// Edges, each from its lower end, and angle defects. The angles round a vertex add up as the arguments of
+/// complex numbers do that are multiplied: one arc tangent a vertex, and full turns counted where the product
+/// comes up to the half-plane above the real axis (an angle is at most pi).
+void BallMesh::measure_vertices(const Draft& draft) {
+  constexpr int block = 1024;  // sums are the same for any number of threads
+  const int blocks = (count + block - 1) / block;
+  std::vector<double> sums(static_cast<std::size_t>(blocks)), longest(sums);
+  std::vector<int> edges(static_cast<std::size_t>(blocks));
+  longest_m.resize(static_cast<std::size_t>(count));
+#pragma omp parallel for schedule(static)
+  for (int b = 0; b < blocks; ++b)
+    for (int v = b * block; v < std::min(count, (b + 1) * block); ++v) {
+      const Vec3 p = position(v);
+      double x = 1, y = 0, turns = 0, most2 = 0;
+      for (int i = link_start[v]; i < link_start[v + 1]; ++i) {
+        const int h = links.half_edge[i];
+        if (h < 0) continue;
+        const Vec3 to = position(links.neighbour[i]) - p, next = position(half_edges[h].opposite) - p;
+        const double dot = to.dot(next), twice = draft.twice_area_m2[h / 3];
+        const double scale = 1 / (std::abs(dot) + twice), c = dot * scale, s = twice * scale;
+        const bool below = y < 0;
+        const double new_x = x * c - y * s;
+        y = x * s + y * c;
+        x = new_x;
+        if (std::abs(x) + std::abs(y) < 1e-200) {  // each factor is between 0.7 and 1 long
+          x *= 1e200;
+          y *= 1e200;
+        }
+        turns += below && y >= 0;
+        most2 = std::max(most2, draft.longest_m2[h / 3]);
+        if (twin(h) >= 0 && links.neighbour[i] < v) continue;
+        const double length = to.norm();
+        sums[b] += length;
+        longest[b] = std::max(longest[b], length);
+        ++edges[b];
+      }
+      longest_m[v] = static_cast<float>(std::sqrt(most2));
+      const double angle = std::atan2(y + 0.0, x);
+      points[v].defect_rad = 2 * M_PI - (turns + (y < 0)) * 2 * M_PI - angle;
+    }
+  const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
+  const int total = std::accumulate(edges.begin(), edges.end(), 0);
+  mean_edge_m = total > 0 ? sum / total : 0;
+  if (blocks > 0) longest_edge_m = *std::max_element(longest.begin(), longest.end());
 }
 
 }  // namespace geocage::topology

@@ -8,15 +8,15 @@
 namespace geocage::topology {
 
 /// The steps around all vertices, counter-clockwise from outside and cyclic: a neighbour, the half-edge to it
-/// (-1: none), and the area of the triangle between it and the next one (0: there is none). Searches read the
-/// neighbours alone, some beyond the last one.
+/// (-1: none), and the area of the triangle between it and the next one (0: there is none). Searches read
+/// some beyond the last one.
 struct Links {
   std::vector<int> neighbour, half_edge;
   std::vector<double> area_m2;
   void resize(std::size_t count) {
     neighbour.resize(count + spare_links);
     half_edge.resize(count);
-    area_m2.resize(count);
+    area_m2.resize(count + spare_links);
   }
 };
 
@@ -39,6 +39,7 @@ struct BallMesh {
   };
   std::vector<HalfEdge> half_edges;
   double mean_edge_m = 0, longest_edge_m = 0;
+  std::vector<float> longest_m;  ///< longest side of the triangles at each vertex, rounded
 
   /// Precondition: edges are manifold and oriented alike. O(V log V).
   explicit BallMesh(const geometry::TriangleMesh& mesh);
@@ -51,13 +52,20 @@ struct BallMesh {
  private:
   static int after(int half_edge) { return half_edge % 3 == 2 ? half_edge - 2 : half_edge + 1; }
   static int before(int half_edge) { return half_edge % 3 == 0 ? half_edge + 2 : half_edge - 1; }
-  std::vector<int> outgoing_start_, outgoing_;  ///< half-edges that leave each vertex, while it is built
+  /// While it is built: half-edges that leave each vertex, at last in the order of its ring, and of each
+  /// triangle twice its area and the square of its longest side.
+  struct Draft {
+    std::vector<int> start, outgoing;
+    std::vector<double> twice_area_m2, longest_m2;
+    bool thin = false;  ///< some triangle is so thin that angles had better come from three corners at once
+  };
   void order_vertices(const geometry::TriangleMesh& mesh);
   void order_triangles(const geometry::TriangleMesh& mesh);
-  void join_half_edges();
-  void measure_edges(const std::vector<double>& lengths_m);
-  void link_vertices();
-  double area_m2(int half_edge) const;
+  void list_outgoing(Draft& draft) const;
+  void measure_triangles(Draft& draft) const;
+  void join_rings(Draft& draft);
+  void link_vertices(const Draft& draft);
+  void measure_vertices(const Draft& draft);
 };
 
 }  // namespace geocage::topology

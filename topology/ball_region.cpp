@@ -6,33 +6,67 @@
 
 namespace geocage::topology {
 
-namespace {
+Patches::Patches(const BallMesh& mesh)
+    : mesh_(mesh),
+      given_(static_cast<std::size_t>(mesh.count)),
+      slot_(static_cast<std::size_t>(mesh.count) + 1) {}
 
-/// First what has no neighbour outside of its patch, then the others one after the other round its middle:
-/// the rings of a region keep that order, so that a ball is few runs of each.
-void order_patch(const BallMesh& mesh, const std::vector<int>& patch_of, int* begin, int* end) {
-  const int patch = patch_of[*begin];
+void Patches::next(std::vector<int>& sources) {
+  constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
+  sources.clear();
+  const std::lock_guard lock(mutex_);
+  while (seed_ < mesh_.count && given_[seed_]) ++seed_;
+  if (seed_ == mesh_.count) return;
+  const GrowInput input{mesh_.link_start.data(), mesh_.links.neighbour.data(), mesh_.count, nullptr};
+  queue_.assign(1, seed_);
+  slot_[seed_] = slot_[mesh_.count] = 1;
+  int reached = 1;
+  for (int head = 0; head < reached && head < farthest_seen && sources.size() < lanes;) {
+    const int ring = head, end = reached;
+    int links = spare_links;
+    for (; head < end && head < farthest_seen && sources.size() < lanes; ++head) {
+      const int v = queue_[head];
+      links += mesh_.link_start[v + 1] - mesh_.link_start[v];
+      if (given_[v]) continue;
+      given_[v] = 1;
+      sources.push_back(v);
+    }
+    if (head < end) break;
+    queue_.resize(static_cast<std::size_t>(reached + links));
+    reached = grow_ring(input, queue_.data(), slot_.data(), ring, end, reached);
+  }
+  for (int i = 0; i < reached; ++i) slot_[queue_[i]] = 0;
+  slot_[mesh_.count] = 0;
+  for (int v : sources) slot_[v] = 1;
+  order(sources);
+  for (int v : sources) slot_[v] = 0;
+}
+
+/// First what has no neighbour outside of its patch, which has the slots, then the others one after the other
+/// round its middle: the rings of a region keep that order, so that a ball is few runs of each.
+void Patches::order(std::vector<int>& patch) const {
   geometry::Vec3 middle = geometry::Vec3::Zero(), normal = middle;
-  for (const int* v = begin; v < end; ++v) middle += mesh.position(*v);
-  middle /= static_cast<double>(end - begin);
+  for (int v : patch) middle += mesh_.position(v);
+  middle /= static_cast<double>(patch.size());
   const auto inner = [&](int v) {
-    for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i)
-      if (patch_of[mesh.links.neighbour[i]] != patch) return false;
+    for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i)
+      if (slot_[mesh_.links.neighbour[i]] == 0) return false;
     return true;
   };
+  int *const begin = patch.data(), *const end = begin + patch.size();
   int* const border = std::stable_partition(begin, end, inner);
   for (const int* v = border; v < end; ++v) {
-    const int first = mesh.link_start[*v], last = mesh.link_start[*v + 1];
+    const int first = mesh_.link_start[*v], last = mesh_.link_start[*v + 1];
     for (int i = first; i < last; ++i) {
-      const int from = mesh.links.neighbour[i], to = mesh.links.neighbour[i + 1 < last ? i + 1 : first];
-      if (from == mesh.count || to == mesh.count) continue;
-      normal += (mesh.position(from) - mesh.position(*v)).cross(mesh.position(to) - mesh.position(*v));
+      const int from = mesh_.links.neighbour[i], to = mesh_.links.neighbour[i + 1 < last ? i + 1 : first];
+      if (from == mesh_.count || to == mesh_.count) continue;
+      normal += (mesh_.position(from) - mesh_.position(*v)).cross(mesh_.position(to) - mesh_.position(*v));
     }
   }
   const geometry::Vec3 u = normal.unitOrthogonal(), w = normal.cross(u) / std::max(normal.norm(), 1e-300);
   std::pair<double, int> around[lanes];
   for (int* v = border; v < end; ++v) {
-    const geometry::Vec3 out = mesh.position(*v) - middle;
+    const geometry::Vec3 out = mesh_.position(*v) - middle;
     const double x = out.dot(u), y = out.dot(w), far = std::abs(x) + std::abs(y);
     around[v - border] = {far > 0 ? std::copysign(1 - x / far, y) : 0, *v};  // grows with the angle
   }
@@ -40,85 +74,37 @@ void order_patch(const BallMesh& mesh, const std::vector<int>& patch_of, int* be
   for (int* v = border; v < end; ++v) *v = around[v - border].second;
 }
 
-}  // namespace
-
-Patches make_patches(const BallMesh& mesh) {
-  constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
-  Patches patches;
-  patches.start.push_back(0);
-  std::vector<int> patch_of(static_cast<std::size_t>(mesh.count) + 1, -1);
-  std::vector<int> seen(static_cast<std::size_t>(mesh.count) + 1, -1), queue;
-  for (int seed = 0; seed < mesh.count; ++seed) {
-    if (patch_of[seed] >= 0) continue;
-    queue.assign(1, seed);
-    seen[seed] = seed;
-    const std::size_t full = patches.sources.size() + lanes;
-    for (std::size_t head = 0; head < queue.size() && patches.sources.size() < full && head < farthest_seen;
-         ++head) {
-      const int v = queue[head];
-      if (patch_of[v] < 0) {
-        patch_of[v] = patches.count();
-        patches.sources.push_back(v);
-      }
-      for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
-        const int w = mesh.links.neighbour[i];
-        if (w == mesh.count || seen[w] == seed) continue;
-        seen[w] = seed;
-        queue.push_back(w);
-      }
-    }
-    patches.start.push_back(static_cast<int>(patches.sources.size()));
-  }
-#pragma omp parallel for schedule(static)
-  for (int i = 0; i < patches.count(); ++i)
-    order_patch(mesh, patch_of, patches.sources.data() + patches.start[i],
-                patches.sources.data() + patches.start[i + 1]);
-  return patches;
-}
-
 void Region::clear() {
-  for (int v : order_) slot_[v] = 0;
-  order_.clear();
+  for (int i = 0; i < size_; ++i) slot_[order_[i]] = 0;
+  size_ = 0;
   ring_start_.assign(1, 0);
   ring_low_.clear();
 }
 
-/// Ring by ring from the sources, at most `hops` of them: all that `wanted` lets in.
-template <class Wanted>
-void Region::order_by_hops(const int* sources, int count, int hops, const Wanted& wanted) {
+/// Ring by ring from the sources, at most `hops` of them; with `distance`, only what that has reached.
+void Region::order_by_hops(const int* sources, int count, int hops, const std::uint32_t* distance) {
   clear();
   patch_ = count;
-  order_.resize(static_cast<std::size_t>(mesh_.count) + 1);
-  int* const order = order_.data();
-  int* const slot = slot_.data();
-  std::copy_n(sources, count, order);
-  for (int i = 0; i < count; ++i) slot[order[i]] = i + 1;
-  slot[mesh_.count] = 1;  // a gap is never new
-  constexpr int ahead = 12;
+  order_.resize(static_cast<std::size_t>(mesh_.count) + 1 + spare_links);
+  std::copy_n(sources, count, order_.data());
+  for (int i = 0; i < count; ++i) slot_[order_[i]] = i + 1;
+  slot_[mesh_.count] = 1;  // a gap is never new
+  const GrowInput input{mesh_.link_start.data(), mesh_.links.neighbour.data(), mesh_.count, distance};
   int head = 0, reached = count;
   for (int depth = 0; head < reached; ++depth) {
     const int end = reached;
     ring_start_.push_back(end);
     ring_low_.push_back(static_cast<std::uint32_t>(depth));
     if (depth == hops) break;
-    for (; head < end; ++head) {
-      __builtin_prefetch(mesh_.links.neighbour.data() +
-                         mesh_.link_start[order[head + ahead < reached ? head + ahead : head]]);
-      for (int i = mesh_.link_start[order[head]]; i < mesh_.link_start[order[head] + 1]; ++i) {
-        const int w = mesh_.links.neighbour[i];  // written always, kept if new: nothing to guess
-        const bool fresh = slot[w] == 0 && wanted(w);
-        order[reached] = w;
-        reached += fresh;
-        slot[w] = fresh ? reached : slot[w];
-      }
-    }
+    reached = grow_ring(input, order_.data(), slot_.data(), head, end, reached);
+    head = end;
   }
-  slot[mesh_.count] = 0;
-  order_.resize(static_cast<std::size_t>(reached));
+  slot_[mesh_.count] = 0;
+  size_ = reached;
 }
 
 void Region::grow_by_hops(const int* sources, int count, int hops) {
-  order_by_hops(sources, count, hops, [](int) { return true; });
+  order_by_hops(sources, count, hops, nullptr);
   link_region(nullptr);
 }
 
@@ -137,7 +123,7 @@ void Region::reach_from(int v, std::uint32_t limit, const LinkWeights& weights) 
 /// Bucket by bucket (delta stepping: Meyer and Sanders 2003). What was reached is then ordered like a region
 /// of hops, whose rings cut a ball into fewer runs than rings of lengths do.
 void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights) {
-  constexpr std::uint32_t far = ~std::uint32_t{0};
+  constexpr std::uint32_t far = GrowInput::far;
   distance_.resize(static_cast<std::size_t>(mesh_.count) + 1, far);
   // No link leads round all buckets.
   width_ = std::max({weights.mean / 2, weights.longest / (buckets - 2), std::uint32_t{1}});
@@ -152,7 +138,7 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
     }
     reached.clear();
   }
-  order_by_hops(sources, count, mesh_.count, [&](int w) { return distance_[w] != far; });
+  order_by_hops(sources, count, mesh_.count, distance_.data());
   for (int ring = 0; ring < rings(); ++ring) {
     ring_low_[ring] = far;
     for (int i = ring_start_[ring]; i < ring_start_[ring + 1]; ++i)
@@ -160,20 +146,21 @@ void Region::grow_by_length(const int* sources, int count, std::uint32_t limit, 
   }
   for (int ring = rings() - 2; ring >= 0; --ring)
     ring_low_[ring] = std::min(ring_low_[ring], ring_low_[ring + 1]);
-  for (int v : order_) distance_[v] = far;
+  for (int i = 0; i < size_; ++i) distance_[order_[i]] = far;
   link_region(weights.of_link.data());
 }
 
 /// Splits the neighbours of each vertex by the order, and adds up what ends at it.
 void Region::link_region(const std::uint32_t* weights) {
-  const std::size_t n = order_.size();
+  const auto n = static_cast<std::size_t>(size_);
   start_.resize(n + 1);
   middle_.resize(n);
   outer_.resize(n);
   own_.resize(n);
   farthest_.resize(n);
   std::size_t entries = spare_links;
-  for (int v : order_) entries += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
+  for (std::size_t i = 0; i < n; ++i)
+    entries += static_cast<std::size_t>(mesh_.link_start[order_[i] + 1] - mesh_.link_start[order_[i]]);
   const auto make_room = [&](auto& list) {
     if (list.size() >= entries) return;
     list = {};  // never both at once

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <mutex>
 #include <vector>
 
 #include "topology/ball_mesh.h"
@@ -8,13 +9,22 @@
 
 namespace geocage::topology {
 
-/// Vertices grouped into compact patches of at most `lanes`; a patch's balls are grown together.
-struct Patches {
-  std::vector<int> sources;  ///< ranks, each vertex once
-  std::vector<int> start;    ///< of each patch, and the end
-  int count() const { return static_cast<int>(start.size()) - 1; }
+/// Groups vertices into compact patches of at most `lanes`, whose balls are grown together: each vertex is in
+/// one of them, and they come in the same order whoever asks. Any thread may ask for the next one.
+class Patches {
+ public:
+  explicit Patches(const BallMesh& mesh);
+  /// The ranks of the next patch; none when all have been given out.
+  void next(std::vector<int>& sources);
+
+ private:
+  void order(std::vector<int>& patch) const;
+  const BallMesh& mesh_;
+  std::mutex mutex_;
+  int seed_ = 0;             ///< all before it have been given out
+  std::vector<char> given_;  ///< whether a vertex has
+  std::vector<int> slot_, queue_;
 };
-Patches make_patches(const BallMesh& mesh);
 
 /// Lengths of a mesh's links in whole quanta.
 struct LinkWeights {
@@ -34,7 +44,7 @@ class Region {
   /// rings of hops all the same. Precondition: limit < 2^31.
   void grow_by_length(const int* sources, int count, std::uint32_t limit, const LinkWeights& weights);
 
-  int size() const { return static_cast<int>(order_.size()); }
+  int size() const { return size_; }
   /// How many vertices from the first on hold all that lie within `distance` of the patch (hops, or quanta).
   int size_within(std::uint32_t distance) const {
     int ring = rings();
@@ -44,7 +54,7 @@ class Region {
   int rings() const { return static_cast<int>(ring_start_.size()) - 1; }
   int ring_start(int ring) const { return ring_start_[ring]; }
   int patch() const { return patch_; }
-  const std::vector<int>& order() const { return order_; }
+  const int* order() const { return order_.data(); }
   /// 1 + the place of a vertex in the order, or 0 outside the region.
   const int* slot() const { return slot_.data(); }
   /// Cells (triangles, edges, the vertex) whose last corner is each vertex.
@@ -55,8 +65,7 @@ class Region {
 
  private:
   void clear();
-  template <class Wanted>
-  void order_by_hops(const int* sources, int count, int hops, const Wanted& wanted);
+  void order_by_hops(const int* sources, int count, int hops, const std::uint32_t* distance);
   void reach_from(int v, std::uint32_t limit, const LinkWeights& weights);
   void link_region(const std::uint32_t* weights);
 
@@ -76,7 +85,7 @@ class Region {
       buckets_;  ///< those reached, by distance / width_, round and round
   std::uint32_t width_ = 1;
   int waiting_ = 0;
-  int patch_ = 0;
+  int size_ = 0, patch_ = 0;
 };
 
 /// Dijkstra's algorithm in doubles, as PlainSearch adds them up. Keeps its memory: one for each thread.

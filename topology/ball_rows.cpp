@@ -29,12 +29,13 @@ struct Row {
   static constexpr Lane far = sizeof(Lane) == 1 ? Lane{255} : static_cast<Lane>(0x80000000u);
 };
 
-/// Row i gets the least of itself and its neighbours near[first .. last) one edge farther; true if it
-/// changed. `fresh`: it holds nothing yet.
+/// Row i gets the least of itself and its neighbours near[first .. last) one edge farther; true if that
+/// changed what is below `beyond`: nothing else can lead to anything there. `fresh`: it holds nothing yet.
 template <class Lane, bool fresh = false>
-HWY_INLINE bool relax(const RegionView& region, Lane* rows, int i, int first, int last) {
+HWY_INLINE bool relax(const RegionView& region, Lane* rows, Lane beyond, int i, int first, int last) {
   using R = Row<Lane>;
   const typename R::Tag d;
+  const auto bound = hn::Set(d, beyond);
   hn::Vec<typename R::Tag> least[R::vectors];
   for (int k = 0; k < R::vectors; ++k) least[k] = hn::Set(d, R::far);
   for (int n = first; n < last; ++n) {
@@ -54,18 +55,21 @@ HWY_INLINE bool relax(const RegionView& region, Lane* rows, int i, int first, in
     if constexpr (!fresh) {
       const auto old = hn::Load(d, to + k * R::width);
       least[k] = hn::Min(least[k], old);
-      same &= hn::AllTrue(d, hn::Eq(least[k], old));
+      const auto known = hn::Min(old, bound);
+      same &= hn::AllTrue(d, hn::Eq(hn::Min(least[k], known), known));
     }
     hn::Store(least[k], d, to + k * R::width);
   }
   return fresh || !same;
 }
 
-/// Row `to` gets the least of itself and row `from` one edge farther; true if it changed.
+/// Row `to` gets the least of itself and row `from` one edge farther; true if that changed what is below
+/// `beyond`, and false, with nothing done, otherwise.
 template <class Lane>
-HWY_INLINE bool offer(Lane* rows, int from, int to, std::uint32_t weight) {
+HWY_INLINE bool offer(Lane* rows, Lane beyond, int from, int to, std::uint32_t weight) {
   using R = Row<Lane>;
   const typename R::Tag d;
+  const auto bound = hn::Set(d, beyond);
   const Lane* source = rows + static_cast<std::ptrdiff_t>(from) * R::in_row;
   Lane* target = rows + static_cast<std::ptrdiff_t>(to) * R::in_row;
   hn::Vec<typename R::Tag> least[R::vectors];
@@ -76,7 +80,8 @@ HWY_INLINE bool offer(Lane* rows, int from, int to, std::uint32_t weight) {
       least[k] = hn::Min(old, hn::SaturatedAdd(offered, hn::Set(d, Lane{1})));
     else
       least[k] = hn::Min(old, hn::Add(offered, hn::Set(d, weight)));
-    same &= hn::AllTrue(d, hn::Eq(least[k], old));
+    const auto known = hn::Min(old, bound);
+    same &= hn::AllTrue(d, hn::Eq(hn::Min(least[k], known), known));
   }
   if (same) return false;
   for (int k = 0; k < R::vectors; ++k) hn::Store(least[k], d, target + k * R::width);
@@ -86,7 +91,7 @@ HWY_INLINE bool offer(Lane* rows, int from, int to, std::uint32_t weight) {
 /// Within [begin, end): what is dirty has changed and not told its neighbours; upwards and downwards in turn,
 /// until nothing is.
 template <class Lane>
-void settle(const RegionView& region, int begin, int end, Lane* rows, std::uint8_t* dirty) {
+void settle(const RegionView& region, Lane beyond, int begin, int end, Lane* rows, std::uint8_t* dirty) {
   bool any = true;
   const auto tell = [&](int i) {
     if (!dirty[i]) return;
@@ -94,7 +99,7 @@ void settle(const RegionView& region, int begin, int end, Lane* rows, std::uint8
     for (int n = region.start[i]; n < region.start[i + 1]; ++n) {
       const int to = region.near[n];
       if (to < begin || to >= end) continue;
-      if (!offer(rows, i, to, sizeof(Lane) == 1 ? 1 : region.weight[n])) continue;
+      if (!offer(rows, beyond, i, to, sizeof(Lane) == 1 ? 1 : region.weight[n])) continue;
       dirty[to] = 1;
       any = true;
     }
@@ -110,44 +115,48 @@ void settle(const RegionView& region, int begin, int end, Lane* rows, std::uint8
 
 /// Rows of the patch among themselves (the first ring), from zeros at each lane's own source.
 template <class Lane>
-void start_rows(const RegionView& region, int first, int count, Lane* rows, std::uint8_t* dirty) {
+void start_rows(const RegionView& region, Lane beyond, int first, int count, Lane* rows,
+                std::uint8_t* dirty) {
   constexpr int in_row = Row<Lane>::in_row;
   for (int i = 0; i < region.patch * in_row; ++i) rows[i] = Row<Lane>::far;
   for (int l = 0; l < count; ++l) rows[static_cast<std::ptrdiff_t>(first + l) * in_row + l] = 0;
-  for (bool any = true; any;) {
-    any = false;
-    for (int i = 0; i < region.patch; ++i) any |= relax(region, rows, i, region.start[i], region.middle[i]);
-    for (int i = region.patch - 1; i >= 0; --i)
-      any |= relax(region, rows, i, region.middle[i], region.outer[i]);
-  }
   std::memset(dirty, 0, static_cast<std::size_t>(region.size));
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    for (int i = 0; i < region.patch; ++i) relax(region, rows, beyond, i, region.start[i], region.outer[i]);
+    for (int i = region.patch - 1; i >= 0; --i)
+      dirty[i] |= static_cast<std::uint8_t>(relax(region, rows, beyond, i, region.start[i], region.outer[i]));
+  }
+  settle(region, beyond, 0, region.patch, rows, dirty);
 }
 
 /// Ring by ring outwards, each until nothing moves along it; what would move later rings again. Then once
 /// inwards over all, and the rest where something moved. Ends at the one fixed point of row(i) = min(row(i),
 /// edge + row of neighbours).
 template <class Lane>
-void fill_rows(const RegionView& region, int first, int count, Lane* rows, std::uint8_t* dirty) {
-  start_rows(region, first, count, rows, dirty);
+void fill_rows(const RegionView& region, Lane beyond, int first, int count, Lane* rows, std::uint8_t* dirty) {
+  start_rows(region, beyond, first, count, rows, dirty);
   for (int ring = 1; ring < region.rings; ++ring) {
     const int begin = region.ring_start[ring], end = region.ring_start[ring + 1];
-    for (int i = begin; i < end; ++i) relax<Lane, true>(region, rows, i, region.start[i], region.middle[i]);
+    for (int i = begin; i < end; ++i)
+      relax<Lane, true>(region, rows, beyond, i, region.start[i], region.middle[i]);
     for (int i = end - 1; i >= begin; --i)
-      dirty[i] = static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.outer[i]));
-    settle(region, begin, end, rows, dirty);
+      dirty[i] = static_cast<std::uint8_t>(relax(region, rows, beyond, i, region.middle[i], region.outer[i]));
+    settle(region, beyond, begin, end, rows, dirty);
   }
   for (int i = region.size - 1; i >= 0; --i)
-    dirty[i] = static_cast<std::uint8_t>(relax(region, rows, i, region.middle[i], region.start[i + 1]));
-  settle(region, 0, region.size, rows, dirty);
+    dirty[i] =
+        static_cast<std::uint8_t>(relax(region, rows, beyond, i, region.middle[i], region.start[i + 1]));
+  settle(region, beyond, 0, region.size, rows, dirty);
 }
 
-void HopRows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty) {
-  fill_rows(region, 0, region.patch, rows, dirty);
+void HopRows(const RegionView& region, int limit, std::uint8_t* rows, std::uint8_t* dirty) {
+  fill_rows(region, static_cast<std::uint8_t>(limit + 1), 0, region.patch, rows, dirty);
 }
 
-void LengthRows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty) {
+void LengthRows(const RegionView& region, std::uint32_t limit, int first, std::uint32_t* rows,
+                std::uint8_t* dirty) {
   const int left = region.patch - first;
-  fill_rows(region, first, left < length_lanes ? left : length_lanes, rows, dirty);
+  fill_rows(region, limit + 1, first, left < length_lanes ? left : length_lanes, rows, dirty);
 }
 
 void HopMasks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks) {
@@ -276,17 +285,76 @@ void LaneSums(const SumInput& input, int radii, const MaskRange* masks, double* 
                  lanes_of(q, w));
 }
 
-/// A vertex' links [first, last) in the order of its ring: `lower` has a bit for each neighbour that comes
+/// One neighbour at a time; any number of them.
+HWY_INLINE int grow_plainly(const GrowInput& input, int* order, int* slot, int v, int reached) {
+  for (int i = input.link_start[v]; i < input.link_start[v + 1]; ++i) {
+    const int w = input.neighbour[i];  // written always, kept if new: nothing to guess
+    const bool fresh = slot[w] == 0 && (!input.distance || input.distance[w] != GrowInput::far);
+    order[reached] = w;
+    reached += fresh;
+    slot[w] = fresh ? reached : slot[w];
+  }
+  return reached;
+}
+
+/// Eight neighbours at a time, where vectors hold as many.
+int GrowRing(const GrowInput& input, int* order, int* slot, int head, int end, int reached) {
+  constexpr int ahead = 12;
+  const hn::CappedTag<std::int32_t, spare_links> d;
+  for (; head < end; ++head) {
+    __builtin_prefetch(input.neighbour +
+                       input.link_start[order[head + ahead < reached ? head + ahead : head]]);
+    const int v = order[head], first = input.link_start[v], links = input.link_start[v + 1] - first;
+    if constexpr (hn::MaxLanes(hn::CappedTag<std::int32_t, spare_links>()) == spare_links) {
+      if (links <= spare_links) {
+        const auto gap = hn::Set(d, input.gap);
+        const auto there = hn::FirstN(d, static_cast<std::size_t>(links));
+        const auto neighbour = hn::IfThenElse(there, hn::LoadU(d, input.neighbour + first), gap);
+        auto fresh = hn::Eq(hn::GatherIndex(d, slot, neighbour), hn::Zero(d));
+        if (input.distance) {
+          const auto distance =
+              hn::GatherIndex(d, reinterpret_cast<const std::int32_t*>(input.distance), neighbour);
+          fresh = hn::AndNot(hn::Eq(distance, hn::Set(d, -1)), fresh);
+        }
+        const auto count = static_cast<int>(hn::CountTrue(d, fresh));
+        const auto kept = hn::FirstN(d, static_cast<std::size_t>(count));
+        hn::StoreU(hn::IfThenElse(kept, hn::Compress(neighbour, fresh), gap), d, order + reached);
+        for (int j = 0; j < 3; ++j)
+          slot[order[reached + j]] = reached + j + 1;  // seldom more; gaps don't mind
+        for (int j = 3; j < count; ++j) slot[order[reached + j]] = reached + j + 1;
+        reached += count;
+        continue;
+      }
+    }
+    reached = grow_plainly(input, order, slot, v, reached);
+  }
+  return reached;
+}
+
+/// Of areas around a vertex, those in `which`, up to eight: always added up the same way.
+HWY_INLINE double some_areas(std::uint32_t which, const double* areas) {
+  alignas(32) double sum[4];
+  const hn::CappedTag<double, 4> d;
+  if constexpr (hn::MaxLanes(hn::CappedTag<double, 4>()) == 4) {
+    const std::uint8_t low[8] = {static_cast<std::uint8_t>(which & 15)};
+    const std::uint8_t high[8] = {static_cast<std::uint8_t>(which >> 4)};
+    hn::Store(hn::Add(hn::IfThenElseZero(hn::LoadMaskBits(d, low), hn::LoadU(d, areas)),
+                      hn::IfThenElseZero(hn::LoadMaskBits(d, high), hn::LoadU(d, areas + 4))),
+              d, sum);
+  } else {
+    const auto one = [&](int k) { return which >> k & 1 ? areas[k] : 0.0; };
+    for (int k = 0; k < 4; ++k) sum[k] = one(k) + one(k + 4);
+  }
+  return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+/// A vertex' up to eight links in the order of its ring: `lower` has a bit for each neighbour that comes
 /// before it.
 HWY_INLINE OwnCells own_cells(std::uint32_t lower, int links, const double* areas) {
   const std::uint32_t next = lower >> 1 | (links > 2 ? lower << (links - 1) : 0);
-  OwnCells own = {0, 0, 1 - std::popcount(lower)};
-  for (std::uint32_t left = lower & next & ((1u << links) - 1); left != 0; left &= left - 1) {
-    own.area_m2 += areas[std::countr_zero(left)];
-    ++own.triangles;
-  }
-  own.euler += own.triangles;
-  return own;
+  const std::uint32_t both = lower & next & ((1u << links) - 1);
+  const int triangles = std::popcount(both);
+  return {some_areas(both, areas), triangles, 1 - std::popcount(lower) + triangles};
 }
 
 /// One neighbour at a time; any number of them.
@@ -308,6 +376,7 @@ HWY_INLINE void split_plainly(const LinkInput& input, int i, int ring_end, const
   output.outer[i] = take([&](int j) { return j > i && j < ring_end; });
   output.start[i + 1] = take([&](int j) { return j >= ring_end; });
   OwnCells own = {0, 0, 1 - (output.middle[i] - output.start[i])};
+  std::uint32_t lower = 0;
   int farthest = 0;
   for (int k = first; k < last; ++k) {
     const int next_link = k + 1 < last ? k + 1 : first;
@@ -315,11 +384,12 @@ HWY_INLINE void split_plainly(const LinkInput& input, int i, int ring_end, const
       own.area_m2 += input.area_m2[k];
       ++own.triangles;
     }
+    if (last - first <= spare_links) lower |= static_cast<std::uint32_t>(is_lower(k)) << (k - first);
     const int j = place(k) < 0 ? std::numeric_limits<int>::max() : place(k);
     if (j > farthest) farthest = j;
   }
   own.euler += own.triangles;
-  output.own[i] = own;
+  output.own[i] = last - first > spare_links ? own : own_cells(lower, last - first, input.area_m2 + first);
   output.farthest[i] = farthest;
 }
 
@@ -386,6 +456,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace geocage::topology {
 
+HWY_EXPORT(GrowRing);
 HWY_EXPORT(SplitLinks);
 HWY_EXPORT(HopRows);
 HWY_EXPORT(LengthRows);
@@ -393,16 +464,21 @@ HWY_EXPORT(HopMasks);
 HWY_EXPORT(LengthMasks);
 HWY_EXPORT(LaneSums);
 
+int grow_ring(const GrowInput& input, int* order, int* slot, int head, int end, int reached) {
+  return HWY_DYNAMIC_DISPATCH(GrowRing)(input, order, slot, head, end, reached);
+}
+
 void split_links(const LinkInput& input, int begin, int end, const LinkOutput& output) {
   HWY_DYNAMIC_DISPATCH(SplitLinks)(input, begin, end, output);
 }
 
-void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty) {
-  HWY_DYNAMIC_DISPATCH(HopRows)(region, rows, dirty);
+void hop_rows(const RegionView& region, int limit, std::uint8_t* rows, std::uint8_t* dirty) {
+  HWY_DYNAMIC_DISPATCH(HopRows)(region, limit, rows, dirty);
 }
 
-void length_rows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty) {
-  HWY_DYNAMIC_DISPATCH(LengthRows)(region, first, rows, dirty);
+void length_rows(const RegionView& region, std::uint32_t limit, int first, std::uint32_t* rows,
+                 std::uint8_t* dirty) {
+  HWY_DYNAMIC_DISPATCH(LengthRows)(region, limit, first, rows, dirty);
 }
 
 void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks) {

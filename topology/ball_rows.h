@@ -11,6 +11,7 @@ constexpr int lanes = 128;        ///< sources of a patch; one row of 128 bytes 
 constexpr int length_lanes = 32;  ///< lanes of a row of 32-bit lengths
 constexpr int sum_slots = 16;     ///< doubles of a row of sums
 constexpr int mask_words = lanes / 64;
+constexpr int spare_links = 8;  ///< room that lists of links have beyond their ends
 
 /// Which sum stands where in a row; moments about the origin that the kernel is given.
 enum Slot {
@@ -45,8 +46,21 @@ struct RegionView {
   const std::uint32_t* weight;  ///< of each entry of `near`, for rows of lengths
 };
 
+/// What a region may grow into: links of a mesh's vertices (by rank), `neighbour` as in LinkInput, and a
+/// vertex `gap` that is no vertex; with `distance`, only those whose distance is not `far`.
+struct GrowInput {
+  const int *link_start, *neighbour;
+  int gap;
+  const std::uint32_t* distance;  ///< of each vertex, or null
+  static constexpr std::uint32_t far = ~std::uint32_t{0};
+};
+/// Appends to order[0 .. reached) what the vertices order[head .. end) have for neighbours without a slot,
+/// and gives these their slots, 1 + their places; returns how many are reached then. slot[gap] must not be 0,
+/// and may change. `order` can be written `spare_links` beyond.
+int grow_ring(const GrowInput& input, int* order, int* slot, int head, int end, int reached);
+
 /// How a mesh's vertices (by rank) are linked, and where a region has them: 1 + the place, or 0 outside.
-/// `neighbour` can be read `spare_links` beyond its end.
+/// `neighbour` and `area_m2` can be read `spare_links` beyond their ends.
 struct LinkInput {
   const int *order, *slot, *link_start, *neighbour;
   const double* area_m2;        ///< of the triangle between a link and the next one round the vertex
@@ -59,15 +73,16 @@ struct LinkOutput {
   std::uint32_t* weight;
   OwnCells* own;
 };
-constexpr int spare_links = 8;
 /// Splits the neighbours of the vertices [begin, end), a ring, by the order; start[begin] is there.
 void split_links(const LinkInput& input, int begin, int end, const LinkOutput& output);
 
-/// rows[128 i + l] = edges between source l and vertex i, at least up to 254; 255 is farther. Exact where the
-/// shortest path stays in the region. `dirty`: size bytes of scratch. All pointers to rows aligned to 128.
-void hop_rows(const RegionView& region, std::uint8_t* rows, std::uint8_t* dirty);
-/// The same for lengths of up to 32 sources from `first` on; far is 2^31.
-void length_rows(const RegionView& region, int first, std::uint32_t* rows, std::uint8_t* dirty);
+/// rows[128 i + l] = edges between source l and vertex i where these are at most `limit` (254 or less), more
+/// than `limit` elsewhere. Exact where the shortest path stays in the region. `dirty`: size bytes of scratch.
+/// All pointers to rows aligned to 128.
+void hop_rows(const RegionView& region, int limit, std::uint8_t* rows, std::uint8_t* dirty);
+/// The same for lengths of up to 32 sources from `first` on; far is 2^31, limit is less.
+void length_rows(const RegionView& region, std::uint32_t limit, int first, std::uint32_t* rows,
+                 std::uint8_t* dirty);
 
 /// Bit l of masks[2 i ..] says whether row i has a value <= limit at lane l, of the first `size` rows.
 void hop_masks(const std::uint8_t* rows, int size, int limit, std::uint64_t* masks);

@@ -29,7 +29,9 @@ struct Lanes {
   alignas(64) double axis[3][width], offset[width], v_axis[3][width], center[3][width];
   alignas(64) double height[2][width], along[2][width], v[width];
   alignas(64) std::uint64_t half_edge[width], home[width], ends[2][width], from_above[width], bit[width];
-  alignas(64) std::int64_t masks[width];  ///< bytes from the first walk's
+  /// Of the triangle that is entered: the half-edge's two words, and the vertex opposite.
+  alignas(64) std::uint64_t first[width], second[width], vertex[width];
+  const std::uint64_t* masks[width];
   SectionSteps* walk[width];
   std::uint32_t active = 0, noting = 0, notes_only = 0;
 
@@ -40,7 +42,7 @@ struct Lanes {
     notes_only &= ~(1u << l);
   }
 
-  void begin(int l, SectionSteps& next, const std::uint64_t* first_masks) {
+  void begin(int l, SectionSteps& next) {
     const CutPlane& plane = *next.plane;
     const WalkTip& tip = *next.tip;
     for (int i = 0; i < 3; ++i) {
@@ -59,7 +61,7 @@ struct Lanes {
     home[l] = static_cast<std::uint32_t>(tip.home);
     from_above[l] = tip.from_above ? ~std::uint64_t{0} : 0;
     bit[l] = next.bit;
-    masks[l] = (next.masks - first_masks) * static_cast<std::ptrdiff_t>(sizeof(std::uint64_t));
+    masks[l] = next.masks;
     walk[l] = &next;
     active |= 1u << l;
     noting |= 1u << l;
@@ -95,30 +97,92 @@ HWY_INLINE int turn_between(const Lanes& lanes, int l, const StepInput& input, d
   return v < 0 && cross > 0 ? 1 : v >= 0 && cross < 0 ? -1 : 0;
 }
 
-/// All active lanes go through their next triangle, unless that is not in the ball. Which way a walk leaves
-/// it is a toss-up, so that nothing branches on it. Returns the lanes whose walks have ended.
-HWY_INLINE std::uint32_t step(const StepInput& input, const std::uint64_t* first_masks, Lanes& lanes) {
-  const Doubles d;
+#if HWY_TARGET == HWY_AVX3
+/// Records of two words, one a lane, into their first and second words: loads and shuffles take less time
+/// than gathering.
+template <class Vector>
+HWY_INLINE void gather_pairs(const std::uint64_t* from, const std::uint64_t* at, Vector& first,
+                             Vector& second) {
   const Words w;
-  const Whole s;
-  const auto low = hn::Set(w, std::uint64_t{0xffffffff});
+  const hn::Half<Words> half;
+  const hn::Half<hn::Half<Words>> pair;
+  const auto record = [&](int l) { return hn::LoadU(pair, from + 2 * at[l]); };
+  const auto even = hn::Combine(w, hn::Combine(half, record(6), record(4)),
+                                hn::Combine(half, record(2), record(0))),
+             odd = hn::Combine(w, hn::Combine(half, record(7), record(5)),
+                               hn::Combine(half, record(3), record(1)));
+  first = hn::InterleaveLower(w, even, odd);
+  second = hn::InterleaveUpper(w, even, odd);
+}
+
+/// Points of four numbers, one a lane, into the first three.
+template <class Vector>
+HWY_INLINE void gather_points(const double* from, const std::uint64_t* at, Vector& x, Vector& y, Vector& z) {
+  const Doubles d;
+  const hn::Half<Doubles> half;
+  const auto points = [&](int l) {
+    return hn::Combine(d, hn::LoadU(half, from + 4 * at[l + 4]), hn::LoadU(half, from + 4 * at[l]));
+  };
+  const auto p0 = points(0), p1 = points(1), p2 = points(2), p3 = points(3);
+  const auto low01 = hn::InterleaveLower(d, p0, p1), low23 = hn::InterleaveLower(d, p2, p3);
+  const auto high01 = hn::InterleaveUpper(d, p0, p1), high23 = hn::InterleaveUpper(d, p2, p3);
+  x = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(low23), low01);
+  y = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(high23), high01);
+  z = hn::OddEvenBlocks(low23, hn::SwapAdjacentBlocks(low01));
+}
+#endif
+
+/// What each lane's half-edge leads to; half-edge 0 stands in for none.
+HWY_INLINE void look_ahead(const StepInput& input, Lanes& lanes) {
+  const Words w;
   const auto* const records = reinterpret_cast<const std::uint64_t*>(input.half_edges);
   const auto half_edge = hn::Load(w, lanes.half_edge);
-  const auto nowhere_to = hn::Eq(half_edge, hn::Set(w, nowhere));
-  const auto record = hn::BitCast(s, hn::ShiftLeft<4>(hn::IfThenZeroElse(nowhere_to, half_edge)));
+  const auto somewhere = hn::IfThenZeroElse(hn::Eq(half_edge, hn::Set(w, nowhere)), half_edge);
+#if HWY_TARGET == HWY_AVX3
+  alignas(64) std::uint64_t at[width];
+  hn::Store(somewhere, w, at);
+  hn::Vec<Words> first, second;
+  gather_pairs(records, at, first, second);
+#else
+  const auto record = hn::BitCast(Whole(), hn::ShiftLeft<4>(somewhere));
   const auto first = hn::GatherOffset(w, records, record), second = hn::GatherOffset(w, records + 1, record);
-  const auto vertex = hn::And(first, low);
-  const auto slots = hn::GatherOffset(w, reinterpret_cast<const std::uint64_t*>(input.slot),
-                                      hn::BitCast(s, hn::ShiftLeft<2>(vertex)));
-  const auto place = hn::Add(hn::BitCast(s, hn::ShiftLeft<4>(hn::And(slots, low))), hn::Load(s, lanes.masks));
-  const auto mask = hn::GatherOffset(w, first_masks, place);
-  const auto outside = hn::Eq(hn::And(mask, hn::Load(w, lanes.bit)), hn::Zero(w));
-  const std::uint32_t stays = bits_of(hn::RebindMask(d, hn::Or(outside, nowhere_to)));
-  const auto stay = hn::RebindMask(d, hn::Or(outside, nowhere_to));
+#endif
+  hn::Store(first, w, lanes.first);
+  hn::Store(second, w, lanes.second);
+  hn::Store(hn::And(first, hn::Set(w, std::uint64_t{0xffffffff})), w, lanes.vertex);
+}
 
-  const auto point = hn::BitCast(s, hn::ShiftLeft<5>(vertex));
+/// The lanes whose walks can't go on: there is no triangle, or its third corner is not in the ball.
+HWY_INLINE std::uint32_t staying(const StepInput& input, const Lanes& lanes) {
+  std::uint32_t stays = 0;
+  for (int l = 0; l < width; ++l) {
+    const std::uint64_t mask = lanes.masks[l][2 * static_cast<std::ptrdiff_t>(input.slot[lanes.vertex[l]])];
+    const bool stay = (mask & lanes.bit[l]) == 0 || lanes.half_edge[l] == nowhere;
+    stays |= static_cast<std::uint32_t>(stay) << l;
+  }
+  return stays;
+}
+
+/// All active lanes go through their next triangle, but for those that stay. Which way a walk leaves it is a
+/// toss-up, so that nothing branches on it. Returns the lanes whose walks have ended.
+HWY_INLINE std::uint32_t step(const StepInput& input, std::uint32_t stays, Lanes& lanes) {
+  const Doubles d;
+  const Words w;
+  const auto* const records = reinterpret_cast<const std::uint64_t*>(input.half_edges);
+  const auto low = hn::Set(w, std::uint64_t{0xffffffff});
+  const auto half_edge = hn::Load(w, lanes.half_edge), first = hn::Load(w, lanes.first),
+             second = hn::Load(w, lanes.second), vertex = hn::Load(w, lanes.vertex);
+  const std::uint8_t stay_bits[8] = {static_cast<std::uint8_t>(stays)};
+  const auto stay = hn::LoadMaskBits(d, stay_bits);
+
+#if HWY_TARGET == HWY_AVX3
+  hn::Vec<Doubles> x, y, z;
+  gather_points(input.points, lanes.vertex, x, y, z);
+#else
+  const auto point = hn::BitCast(Whole(), hn::ShiftLeft<5>(vertex));
   const auto x = hn::GatherOffset(d, input.points, point), y = hn::GatherOffset(d, input.points + 1, point),
              z = hn::GatherOffset(d, input.points + 2, point);
+#endif
   const auto times = [&](const double(*by)[width], auto a, auto b, auto c) {
     return hn::Add(hn::Add(hn::Mul(hn::Load(d, by[0]), a), hn::Mul(hn::Load(d, by[1]), b)),
                    hn::Mul(hn::Load(d, by[2]), c));
@@ -200,24 +264,27 @@ void WalkSections(const StepInput& input, SectionSteps* walks, int count) {
   if (count == 0) return;
   Lanes lanes[groups];
   int next = 0;
-  const std::uint64_t* const first_masks = walks[0].masks;
   for (int l = 0; l < width; ++l)
     for (Lanes& group : lanes) {
       group.from_above[l] = group.home[l] = group.ends[0][l] = group.ends[1][l] = 0;
-      group.begin(l, walks[0], first_masks);  // numbers, whatever they are
+      group.begin(l, walks[0]);  // numbers, whatever they are
       group.idle(l);
     }
   for (int l = 0; l < width; ++l)
     for (Lanes& group : lanes)
-      if (next < count) group.begin(l, walks[next++], first_masks);
+      if (next < count) group.begin(l, walks[next++]);
   for (std::uint32_t any = 1; any != 0;) {
     any = 0;
-    for (Lanes& group : lanes) {
-      for (std::uint32_t ended = step(input, first_masks, group); ended; ended &= ended - 1) {
+    std::uint32_t stays[groups];
+    for (Lanes& group : lanes) look_ahead(input, group);
+    for (int g = 0; g < groups; ++g) stays[g] = staying(input, lanes[g]);
+    for (int g = 0; g < groups; ++g) {
+      Lanes& group = lanes[g];
+      for (std::uint32_t ended = step(input, stays[g], group); ended; ended &= ended - 1) {
         const int l = std::countr_zero(ended);
         group.end(l);
         if (next < count)
-          group.begin(l, walks[next++], first_masks);
+          group.begin(l, walks[next++]);
         else
           group.idle(l);
       }

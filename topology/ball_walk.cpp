@@ -30,15 +30,6 @@ double square(double x) {
 }  // namespace
 
 VertexGrid::VertexGrid(const BallMesh& mesh) {
-  std::vector<double> longest2(
-      static_cast<std::size_t>(mesh.count));  // sides of the triangles at each vertex
-  for (std::size_t f = 0; f < mesh.half_edges.size(); f += 3) {
-    const BallMesh::HalfEdge* sides = mesh.half_edges.data() + f;
-    const Vec3 a = mesh.position(sides[0].from), b = mesh.position(sides[1].from),
-               c = mesh.position(sides[2].from);
-    const double most2 = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    for (int i = 0; i < 3; ++i) longest2[sides[i].from] = std::max(longest2[sides[i].from], most2);
-  }
   double high[3];
   for (int i = 0; i < 3; ++i) low_[i] = high[i] = mesh.position(0)[i];
   for (int v = 0; v < mesh.count; ++v)
@@ -74,7 +65,7 @@ VertexGrid::VertexGrid(const BallMesh& mesh) {
     const int at = next[cell_of[v]]++;
     items_[at] = v;
     for (int i = 0; i < 3; ++i) at_m_[i][at] = static_cast<float>(mesh.position(v)[i] - low_[i]);
-    const double reach = outermost * rounding * std::sqrt(longest2[v]) + 1e-6 * extent;
+    const double reach = outermost * rounding * mesh.longest_m[v] + 1e-6 * extent;
     reach_m_[at] = static_cast<float>(reach * 1.00001);
     longest_reach_m_ = std::max(longest_reach_m_, reach);
   }

@@ -46,9 +46,9 @@ class Aligned {
 
 /// What all threads share.
 struct Job {
-  const BallMesh mesh;
+  BallMesh mesh;
   const VertexGrid grid;
-  const Patches patches;
+  Patches patches;
   const Metric metric;
   const BallOptions options;
   std::vector<int> hop_limits;
@@ -59,7 +59,8 @@ struct Job {
   BallSet& set;
 
   Job(const TriangleMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
-      : mesh(m), grid(mesh), patches(make_patches(mesh)), metric(used_metric), options(o), set(out) {
+      : mesh(m), grid(mesh), patches(mesh), metric(used_metric), options(o), set(out) {
+    std::vector<float>().swap(mesh.longest_m);  // the grid has it
     for (const BallFields& ball : set.radii) largest_m = std::max(largest_m, ball.radius_m);
     if (metric == Metric::hop)
       count_hops();
@@ -83,6 +84,7 @@ struct Job {
     const double quantum_m = std::max(largest_m, 1e-300) * 0x1p-30;
     double shortest = largest_m;
     link_weights.of_link.resize(mesh.links.neighbour.size());
+#pragma omp parallel for schedule(static) reduction(min : shortest)
     for (int v = 0; v < mesh.count; ++v)
       for (int i = mesh.link_start[v]; i < mesh.link_start[v + 1]; ++i) {
         if (mesh.links.neighbour[i] == mesh.count) continue;
@@ -119,9 +121,9 @@ class PatchBalls {
         walker_(job.mesh, job.grid),
         masks_(job.set.radii.size()) {}
 
-  void run(int patch) {
-    sources_ = job_.patches.sources.data() + job_.patches.start[patch];
-    count_ = job_.patches.start[patch + 1] - job_.patches.start[patch];
+  void run(const std::vector<int>& patch) {
+    sources_ = patch.data();
+    count_ = static_cast<int>(patch.size());
     for (int w = 0; w < mask_words; ++w) too_far_[w] = 0;
     if (job_.metric == Metric::hop)
       grow_hops();
@@ -173,7 +175,7 @@ class PatchBalls {
       reaches_.push_back(static_cast<std::uint32_t>(std::min(limit, most_hops)));
     make_masks(reaches_);
     std::uint8_t* rows = rows_.at_least(static_cast<std::size_t>(region_.size()) * lanes);
-    hop_rows(region_.view(), rows, dirty_.data());
+    hop_rows(region_.view(), depth, rows, dirty_.data());
     for (std::size_t q = 0; q < masks_.size(); ++q)
       hop_masks(rows, end_[q], std::min(job_.hop_limits[q], most_hops), masks(q));
     if (most <= most_hops) return;
@@ -194,7 +196,8 @@ class PatchBalls {
         rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
     std::uint64_t undecided[mask_words] = {};
     for (int first = 0; first < lanes; first += length_lanes) {
-      if (first < count_) length_rows(region_.view(), first, rows, dirty_.data());
+      if (first < count_)
+        length_rows(region_.view(), farthest + job_.length_slack, first, rows, dirty_.data());
       for (std::size_t q = 0; q < masks_.size(); ++q) {
         if (first >= count_) {
           for (std::ptrdiff_t i = 0; i < end_[q]; ++i)
@@ -229,7 +232,7 @@ class PatchBalls {
     for (std::size_t q = 0; q < masks_.size(); ++q) ranges_.push_back({masks(q), common_inside(q), end_[q]});
     const Vec3 origin = mesh_.position(sources_[0]);
     const SumInput input{region_.size(),
-                         region_.order().data(),
+                         region_.order(),
                          &mesh_.points[0].x,
                          region_.own().data(),
                          {origin.x(), origin.y(), origin.z()}};
@@ -248,39 +251,48 @@ class PatchBalls {
   /// The sums took every cell whose last corner is in the ball; those of them with another corner outside go.
   /// And an edge of the ball without a triangle of it, and a vertex without one, are no part of the surface.
   /// Both concern only vertices with a neighbour outside of some ball: most have all theirs in all balls, or
-  /// are in none. All radii of one vertex after the other, while its neighbours are at hand.
+  /// are in none. Nor is there anything to do where the ball has all neighbours before a vertex and these are
+  /// one chain of triangles. All radii of one vertex after the other, while its neighbours are at hand.
   void correct_sums() {
     int innermost = region_.size(), outermost = 0;
     for (const MaskRange& range : ranges_) {
       innermost = std::min(innermost, range.inside);
       outermost = std::max(outermost, range.end);
     }
+    const RegionView region = region_.view();
     for (int i = 0; i < outermost; ++i) {
       const int farthest = region_.farthest()[i];
       if (farthest < innermost) continue;
+      const OwnCells& cells = region_.own()[i];
+      const bool chain = cells.euler == 0 && cells.triangles > 0;
       bool known = false;
       for (std::size_t q = 0; q < ranges_.size(); ++q) {
         if (farthest < ranges_[q].inside || i >= ranges_[q].end) continue;
+        const Words own = mask_at(q, i + 1);
+        if (!any(own)) continue;
+        Words missing{};
+        for (int n = region.start[i]; n < region.middle[i]; ++n)
+          missing |= own & ~mask_at(q, region.near[n] + 1);
+        if (chain && !any(missing)) continue;
         if (!known) look_round(i);
         known = true;
-        correct_at(q, i);
+        correct_at(q, i, own, any(missing));
       }
     }
   }
 
-  /// The ring of a vertex, cyclic: where each neighbour is in the order, and whether that is before it.
+  /// The slots of a vertex' ring, cyclic: its last one stands before its first one, and that after it.
   void look_round(int i) {
     const int v = region_.order()[i];
     const int first = mesh_.link_start[v], links = mesh_.link_start[v + 1] - first;
     ring_.resize(static_cast<std::size_t>(links) + 2);
-    for (int k = 0; k < links; ++k) {
-      const int at = region_.slot()[mesh_.links.neighbour[first + k]];
-      const std::uint64_t lower = at > 0 && at <= i ? ~std::uint64_t{0} : 0;
-      ring_[k + 1] = RingVertex{at, Words{lower, lower}};
-    }
-    ring_.front() = ring_[links];
-    ring_.back() = ring_[1];
+    int* ring = ring_.data();
+    for (int k = 0; k < links; ++k) ring[k + 1] = region_.slot()[mesh_.links.neighbour[first + k]];
+    ring[0] = ring[links];
+    ring[links + 1] = ring[1];
   }
+  /// Whether a slot is that of a vertex before the i-th.
+  static bool is_lower(int slot, int i) { return static_cast<unsigned>(slot - 1) < static_cast<unsigned>(i); }
 
   Words mask_at(std::size_t q, int slot) const {
     Words words;
@@ -289,23 +301,20 @@ class PatchBalls {
   }
   static bool any(Words words) { return (words[0] | words[1]) != 0; }
 
-  void correct_at(std::size_t q, int i) {
-    const Words own = mask_at(q, i + 1);
-    if (!any(own)) return;
-    Words used{}, loose{}, missing{};
-    Words before = mask_at(q, ring_[0].slot), here = mask_at(q, ring_[1].slot);
-    const auto last = static_cast<int>(ring_.size()) - 1;
-    for (int k = 1; k < last; ++k) {
-      const Words after = mask_at(q, ring_[k + 1].slot);
+  void correct_at(std::size_t q, int i, Words own, bool missing) {
+    Words used{}, loose{};
+    const int *ring = ring_.data(), *const last = ring + ring_.size() - 1;
+    Words before = mask_at(q, ring[0]), here = mask_at(q, ring[1]);
+    for (++ring; ring < last; ++ring) {
+      const Words after = mask_at(q, ring[1]);
       used |= here & after;
       loose |= here & ~before & ~after;
-      missing |= ring_[k].lower & ~here;
       before = here;
       here = after;
     }
-    if (any(own & missing)) take_missing(q, i, own);
+    if (missing) take_missing(q, i, own);
     if (any(own & ~used)) for_lanes(own & ~used, [&](int l) { sums(q, l)[slot_euler] -= 1; });
-    if (any(own & loose)) take_loose(q, own);
+    if (any(own & loose)) take_loose(q, i, own);
   }
 
   /// How many vertices from the first on are in all balls.
@@ -328,37 +337,46 @@ class PatchBalls {
   void take_missing(std::size_t q, int i, Words own) {
     const int first = mesh_.link_start[region_.order()[i]];
     const auto links = static_cast<int>(ring_.size()) - 2;
-    Words more{};
+    double* const sums_here = sums(q, 0);
+    Words more{}, before{};
     const auto count = [&](Words bits, int by) {
-      for_lanes(bits, [&](int l) { sums(q, l)[slot_euler] += by; });
+      for_lanes(bits,
+                [&](int l) { sums_here[static_cast<std::ptrdiff_t>(l) * sum_slots + slot_euler] += by; });
     };
+    bool after_lower = is_lower(ring_[0], i) && links > 2;
+    if (after_lower) before = own & ~mask_at(q, ring_[0]);
     for (int k = 1; k <= links; ++k) {
-      if (!any(ring_[k].lower)) continue;
-      const Words lost = own & ~mask_at(q, ring_[k].slot);
-      if (!any(ring_[k - 1].lower) || (k == 1 && links <= 2)) {
-        count(more & lost, 1);
-        more |= lost;
+      if (!is_lower(ring_[k], i)) {
+        after_lower = false;
         continue;
       }
-      const Words before = own & ~mask_at(q, ring_[k - 1].slot), fewer = before & ~lost;
-      count(fewer & ~more, -1);
-      more &= ~fewer;
-      const double area = mesh_.links.area_m2[first + (k == 1 ? links - 1 : k - 2)];
-      for_lanes(before | lost, [&](int l) {
-        double* sum = sums(q, l);
-        sum[slot_triangles] -= 1;
-        sum[slot_area] -= area;
-      });
+      const Words lost = own & ~mask_at(q, ring_[k]);
+      if (after_lower) {
+        const Words fewer = before & ~lost;
+        if (any(fewer & ~more)) count(fewer & ~more, -1);
+        more &= ~fewer;
+        const double area = mesh_.links.area_m2[first + (k == 1 ? links - 1 : k - 2)];
+        for_lanes(before | lost, [&](int l) {
+          double* sum = sums_here + static_cast<std::ptrdiff_t>(l) * sum_slots;
+          sum[slot_triangles] -= 1;
+          sum[slot_area] -= area;
+        });
+      } else {
+        if (any(more & lost)) count(more & lost, 1);
+        more |= lost;
+      }
+      before = lost;
+      after_lower = true;
     }
-    count(more, 1);
+    if (any(more)) count(more, 1);
   }
 
-  /// chi counts the triangles' own edges and corners. Each loose edge is met at both of its ends.
-  void take_loose(std::size_t q, Words own) {
+  /// chi counts the triangles' own edges and corners; a loose edge goes at its later end.
+  void take_loose(std::size_t q, int i, Words own) {
     for (std::size_t k = 1; k + 1 < ring_.size(); ++k) {
-      const Words before = mask_at(q, ring_[k - 1].slot), after = mask_at(q, ring_[k + 1].slot);
-      for_lanes(own & mask_at(q, ring_[k].slot) & ~before & ~after,
-                [&](int l) { sums(q, l)[slot_euler] += 0.5; });
+      if (!is_lower(ring_[k], i)) continue;
+      const Words before = mask_at(q, ring_[k - 1]), after = mask_at(q, ring_[k + 1]);
+      for_lanes(own & mask_at(q, ring_[k]) & ~before & ~after, [&](int l) { sums(q, l)[slot_euler] += 1; });
     }
   }
 
@@ -421,11 +439,7 @@ class PatchBalls {
   Aligned<double> sums_;
   LaneAxes axes_;
   std::vector<MaskRange> ranges_;
-  struct RingVertex {
-    int slot;
-    Words lower;  ///< all bits or none
-  };
-  std::vector<RingVertex>
+  std::vector<int>
       ring_;  ///< of the vertex that is looked at, with its last one before and its first one after
   std::vector<int> end_;                ///< of each radius: no vertex from there on is in any ball
   std::vector<std::uint32_t> reaches_;  ///< of each radius, from the patch
@@ -446,8 +460,8 @@ BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& ra
 #pragma omp parallel
   {
     PatchBalls balls(job);
-#pragma omp for schedule(dynamic, 1)
-    for (int patch = 0; patch < job.patches.count(); ++patch) balls.run(patch);
+    std::vector<int> patch;
+    for (job.patches.next(patch); !patch.empty(); job.patches.next(patch)) balls.run(patch);
 #pragma omp critical
     {
       too_far.insert(too_far.end(), balls.too_far.begin(), balls.too_far.end());

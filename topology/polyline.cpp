@@ -12,7 +12,9 @@ Polyline read_polyline(const std::filesystem::path& file) {
     throw pipeline::UserError(pipeline::Fault::input, where, sentence, "a polyline is one x,y,z a line");
   };
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) refuse(file.string(), "there is no such file");
+  const auto kind = std::filesystem::status(file, error).type();
+  if (kind == std::filesystem::file_type::not_found) refuse(file.string(), "there is no such file");
+  if (kind != std::filesystem::file_type::regular) refuse(file.string(), "this is not a regular file");
   std::ifstream in(file);
   Polyline points;
   std::string line;

@@ -34,10 +34,11 @@ inline double plane_height(const double* axis, double offset, const double* p) {
 inline double plane_offset(const Vec3& axis, const Vec3& center, double mean_edge_m) {
   return plane_height(axis.data(), 1e-11 * mean_edge_m, center.data());
 }
-/// Of an axis' two directions the one whose first component beyond a half is positive, for the same reason.
+/// Of an axis' two directions the one whose first component beyond a half is positive, for the same reason; a
+/// little beyond, since the axes of symmetric balls have components of a half.
 inline Vec3 directed(const Vec3& axis) {
   for (int i = 0; i < 3; ++i)
-    if (std::abs(axis[i]) > 0.5) return axis[i] < 0 ? Vec3(-axis) : axis;
+    if (std::abs(axis[i]) > 0.500001) return axis[i] < 0 ? Vec3(-axis) : axis;
   return axis;
 }
 

@@ -17,6 +17,6 @@ struct BallsParams {
 /// manifold.
 topology::BallSet balls(const BallsParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage balls_stage{"balls", 5, &balls};
+inline constexpr pipeline::Stage balls_stage{"balls", 6, &balls};
 
 }  // namespace geocage::stages

@@ -284,6 +284,9 @@ void report(const Evaluations& all, std::initializer_list<const Trials*> trials,
       run.log(fmt::format("control '{}' failed ({}): this run proves nothing", control.name,
                           physics::rule_text(control.rule)));
   }
+  run.metric("controls_ok", all.valid());
+  run.metric("held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly));
+  run.metric("starts_within_1_mm", all.starts_within_1_mm());
   run.metric("simulated_steps", steps);
   run.metric("self_check_trials", all.self_check.trials);
   run.metric("self_check_half_step", all.self_check.half_step);
@@ -313,6 +316,26 @@ void EvaluateParams::visit(pipeline::Fields& f) {
     "first grasps whose margins of friction, push and pose noise are bisected; minutes each");
   f("margin_draws", margin_draws, {1, 1e4}, "displaced poses of each level; 95 % of them must hold");
   f("seed", seed, "seed of the solver");
+}
+
+int Evaluation::held_pushes(bool strictly) const {
+  return static_cast<int>(std::ranges::count_if(
+      directions, [&](const DirectionResult& one) { return strictly ? one.held_strictly() : one.held(); }));
+}
+
+const DirectionResult* Evaluation::worst() const {
+  const auto worse = [](const DirectionResult& a, const DirectionResult& b) {
+    if (a.held() != b.held()) return a.held();
+    return a.held() ? a.max_displacement_m < b.max_displacement_m : a.ended_s > b.ended_s;
+  };
+  if (outcome != Outcome::held && outcome != Outcome::lost) return nullptr;
+  const auto found = std::ranges::max_element(directions, worse);
+  return found == directions.end() ? nullptr : &*found;
+}
+
+int Evaluations::starts_within_1_mm() const {
+  return static_cast<int>(
+      std::ranges::count_if(list, [](const Evaluation& one) { return one.start_penetration_m < 1e-3; }));
 }
 
 int Evaluations::count(Outcome outcome) const {
@@ -351,6 +374,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   all.controls = {control("hand 1 m away", Control::Rule::no_trial_holds, known, 0, controls),
                   control("open hand", Control::Rule::no_grasp_passes, known, controls, controls),
                   control("random fingers", Control::Rule::reported, known, 2 * controls, controls)};
+  std::ranges::move(physics::known_cages(protocol), std::back_inserter(all.controls));
   all.self_check = checked(all, bench, postures);
   all.recordings = recorded(all, bench, postures, grasps);
   add_lifts_and_margins(all, bench, postures, grasps);

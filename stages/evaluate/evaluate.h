@@ -41,12 +41,19 @@ struct EvaluateParams {
 
 using physics::Outcome;
 
+/// Beside the protocol's own limits, pushes are counted that move the object by less than this (MultiDex's
+/// and DRO-Grasp's limit).
+inline constexpr double strict_m = 0.02;
+
 /// One push of a grasp, or one torque.
 struct DirectionResult {
   std::string name;  ///< "+x", "turn +x"
   Outcome outcome = Outcome::held;
   double max_displacement_m = 0, max_rotation_rad = 0;  ///< from the settled pose, against the palm
   double ended_s = 0;                                   ///< after the push began: lost, at rest, or time over
+
+  bool held() const { return outcome == Outcome::held; }
+  bool held_strictly() const { return held() && max_displacement_m < strict_m; }
 };
 
 /// One grasp under all loads.
@@ -59,6 +66,15 @@ struct Evaluation {
   std::vector<DirectionResult> directions;
   std::optional<physics::LiftTrial> lift;        ///< where it was asked
   std::optional<physics::ForceMargins> margins;  ///< likewise
+
+  int held_pushes(bool strictly) const;
+  /// Held against all of them, each within `strict_m`.
+  bool held_strictly() const {
+    return outcome == Outcome::held && held_pushes(true) == static_cast<int>(directions.size());
+  }
+  /// The push that was lost first, else the one that moved the object farthest; none where none was made to
+  /// its end.
+  const DirectionResult* worst() const;
 };
 
 /// All grasps of a set under one protocol.
@@ -70,6 +86,7 @@ struct Evaluations {
   std::vector<physics::Recording> recordings;  ///< all pushes of the first grasps that were simulated
 
   int count(Outcome outcome) const;
+  int starts_within_1_mm() const;  ///< grasps whose hand starts less deep in the object
   bool valid() const { return std::ranges::all_of(controls, &physics::Control::ok); }
 };
 
@@ -83,7 +100,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 8, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 10, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);

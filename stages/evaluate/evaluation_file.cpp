@@ -19,7 +19,8 @@ json finite(double value) {
 
 json direction_json(const DirectionResult& result) {
   return {{"name", result.name},
-          {"held", result.outcome == Outcome::held},
+          {"held", result.held()},
+          {"held_within_2_cm", result.held_strictly()},
           {"outcome", physics::name(result.outcome)},
           {"max_displacement_m", result.max_displacement_m},
           {"max_rotation_rad", result.max_rotation_rad},
@@ -94,6 +95,19 @@ std::optional<physics::LiftTrial> lift_from(const json& entry) {
   return lift;
 }
 
+/// Of the pushes: how many held, their mean, the worst, and when the first was lost.
+json summary_json(const Evaluation& evaluation) {
+  const DirectionResult* worst = evaluation.worst();
+  const auto pushes = static_cast<double>(evaluation.directions.size());
+  const int held = evaluation.held_pushes(false);
+  return {{"pushes", evaluation.directions.size()},
+          {"held", held},
+          {"held_share", pushes > 0 ? held / pushes : 0},
+          {"held_within_2_cm", evaluation.held_pushes(true)},
+          {"worst", worst ? json(worst->name) : json()},
+          {"fall_s", worst && !worst->held() ? json(worst->ended_s) : json()}};
+}
+
 json counts_json(const std::vector<Evaluation>& evaluations) {
   json counts;
   for (const Outcome outcome : physics::outcomes)
@@ -132,6 +146,8 @@ json to_json(const Evaluations& all, const Evaluation& evaluation) {
           {"outcome", physics::name(evaluation.outcome)},
           {"reason", evaluation.reason},
           {"directions", directions},
+          {"held_within_2_cm", evaluation.held_strictly()},
+          {"summary", summary_json(evaluation)},
           {"lift", lift_json(evaluation.lift)},
           {"margins", evaluation.margins ? physics::to_json(*evaluation.margins) : json()},
           {"drift_m", evaluation.drift_m},
@@ -163,6 +179,8 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                      {"margin_draws", all.params.margin_draws},
                      {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
+                     {"starts_within_1_mm", all.starts_within_1_mm()},
+                     {"held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly)},
                      {"controls", physics::to_json(all.controls)},
                      {"valid", all.valid()},
                      {"self_check", physics::to_json(all.self_check)},

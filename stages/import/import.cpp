@@ -27,8 +27,10 @@ using pipeline::UserError;
 void ImportParams::visit(pipeline::Fields& f) {
   f("unit", unit, {}, "unit of the file: m, cm, mm, inch, or metres per unit");
   f("scale", scale, {0.01, 100}, "makes the object larger or smaller, after its unit");
-  f("timeout_s", timeout_s, {0.1, 3600}, "how long the reader may take");
+  f("timeout_s", timeout_s, {0.1, 3600}, "how long the reader may take; with decimate, for each 10 MB");
   f("memory_gib", memory_gib, {0.1, 64}, "how much memory the reader may take");
+  f("most_faces", most_faces, {4, 1e9}, "meshes with more faces are refused, or reduced");
+  f("decimate", decimate, {0, 1e8}, "to about so many faces; 0 refuses them");
   f("repair", repair, {"repair", "check", "none"},
     "meshes that are not one closed part that doesn't cut itself: mend them, refuse them, or keep them");
   f("scene", scene, {"auto", "object", "table"},
@@ -60,7 +62,37 @@ void PartParams::visit(pipeline::Fields& f) {
 namespace {
 
 pipeline::WorkerLimits limits_of(const ImportParams& params) {
-  return {params.timeout_s, params.memory_gib};
+  pipeline::WorkerLimits limits{params.timeout_s, params.memory_gib};
+  limits.hint =
+      "if the file is sound, raise import.timeout_s or import.memory_gib; else write it anew with another "
+      "tool";
+  return limits;
+}
+
+/// The mesh of a file; what a decimation did goes to the log and to metrics.
+TriangleMesh mesh_of_file(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
+  const double scale = geometry::unit_factor(params.unit) * params.scale;
+  const geometry::FaceGuard guard{static_cast<std::uint64_t>(params.most_faces),
+                                  static_cast<std::uint64_t>(params.decimate)};
+  pipeline::WorkerLimits limits = limits_of(params);
+  std::error_code no_file;  // which the worker tells
+  if (const auto bytes = file_size(file.path, no_file); params.decimate > 0 && !no_file)
+    limits.seconds *= 1 + static_cast<double>(bytes) / 10e6;
+  TriangleMesh mesh;
+  std::optional<geometry::Decimation> decimated;
+  pipeline::run_contained(
+      limits, file.path.string(),
+      [&](const std::filesystem::path& dir) {
+        const auto read = geometry::read_mesh(file.path, scale, guard);
+        save_artefact(read.mesh, dir);
+        if (read.decimated) save(*read.decimated, dir / "decimated.json");
+      },
+      [&](const std::filesystem::path& dir) {
+        load_artefact(mesh, dir);
+        if (exists(dir / "decimated.json")) decimated = geometry::load_decimation(dir / "decimated.json");
+      });
+  if (decimated) tell(*decimated, run);
+  return mesh;
 }
 
 /// By the label of the file; 0 means unlabelled. The order of names is that of labels.
@@ -170,9 +202,7 @@ TriangleMesh solid_of(const ImportParams& params, pipeline::Run& run, TriangleMe
 }  // namespace
 
 TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file) {
-  const double scale = geometry::unit_factor(params.unit) * params.scale;
-  auto mesh = pipeline::contained<TriangleMesh>(limits_of(params), file.path.string(),
-                                                [&] { return geometry::read_mesh(file.path, scale); });
+  auto mesh = mesh_of_file(params, run, file);
   const bool turned = geometry::orient_outward(mesh);
   geometry::guard_units(file.path.string(), geometry::check_mesh(mesh).diagonal_m());
   mesh = solid_of(params, run, std::move(mesh), file.path.string());

@@ -12,6 +12,8 @@ struct ImportParams {
   double scale = 1;
   double timeout_s = 10;
   double memory_gib = 4;
+  int most_faces = 10'000'000;
+  int decimate = 0;
   std::string repair = "repair";
   std::string scene = "auto";
   std::string cluster = "all";
@@ -30,8 +32,9 @@ struct ImportParams {
   void visit(pipeline::Fields& f);
 };
 
-/// A foreign mesh, read in a worker process, in metres, outward; mended to a solid (geometry/repair.h) unless
-/// `repair` says otherwise: metrics `repair_*` tell what was done. Errors: UserError (input) naming the file:
+/// A foreign mesh, read in a worker process, in metres, outward; reduced to about `decimate` faces when it
+/// has more than `most_faces` (metrics `decimated_*`); mended to a solid (geometry/repair.h) unless `repair`
+/// says otherwise: metrics `repair_*` tell what was done. Errors: UserError (input) naming the file:
 /// unreadable, crashed or hung its reader, not finite, a size no hand can hold, no solid (triangles named).
 geometry::TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& run,
                                    const geometry::SourceFile& file);

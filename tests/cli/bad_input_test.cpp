@@ -138,6 +138,8 @@ TEST_F(BadInput, Polylines) {
     EXPECT_EQ(ended.code, 3) << text << ended.err;
     EXPECT_NE(ended.err.find("bad.csv"), std::string::npos) << ended.err;
   }
+  EXPECT_NE(geocage({"writhe", (folder_ / ".").string(), good}).err.find("not a regular file"),
+            std::string::npos);
 }
 
 TEST_F(BadInput, FlowFiles) {
@@ -164,6 +166,15 @@ TEST_F(BadInput, FlowFiles) {
   const std::string both = refused_flow("objects = ['mug']\n[remesh]\nsweeps = 0\nmode = 1\n");
   EXPECT_NE(both.find("sweeps"), std::string::npos);
   EXPECT_NE(both.find("mode"), std::string::npos);
+  const auto told = [&](const std::string& toml, const std::string& sentence) {
+    EXPECT_NE(refused_flow(toml).find(sentence), std::string::npos) << toml;
+  };
+  told("objects = ['bowl']\n[object.bowll.scan]\nseed = 1\n", "no such object; did you mean 'bowl'?");
+  told("objects = ['bowl', 'bowl']\n", "objects: 'bowl' is there twice");
+  told("objects = ['bowl']\nhands = []\n", "hands: the list is empty");
+  told("objects = ['bowl']\n[sweep]\n'scan.seed' = []\n",
+       "flow.toml:3:1: error: [sweep] scan.seed: the list is empty");
+  told("objects = ['bowl']\n[sweep]\n'scan.seed' = [1, 1]\n", "scan.seed: '1' is there twice");
   EXPECT_EQ(geocage({"run", (folder_ / "none.toml").string()}).code, 2);
   EXPECT_EQ(geocage({"run", "--set", "remesh.sweeps=0", "--store", (folder_ / "store").string()}).code, 2);
   EXPECT_EQ(geocage({"run", "--dataset", (folder_ / "none").string()}).code, 2);

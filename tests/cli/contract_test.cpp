@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -82,7 +83,11 @@ TEST_F(Contract, UsageMistakesAreCode2) {
   EXPECT_EQ(geocage({"dance"}).code, 2);
   EXPECT_EQ(geocage({"run", "--no-such-flag"}).code, 2);
   EXPECT_EQ(geocage({"score", "x.ply"}).code, 2);  // --radius-m is missing
-  EXPECT_EQ(geocage({"score", "x.ply", "--radius-m", "-1"}).code, 2);
+  for (const char* radius : {"-1", "0", "nan", "inf", "x"}) {
+    const Ended ended = geocage({"score", "x.ply", "--radius-m", radius});
+    EXPECT_EQ(ended.code, 2);
+    EXPECT_NE(ended.err.find("is not a number above 0"), std::string::npos) << ended.err;
+  }
   EXPECT_EQ(geocage({"run", "--jobs", "0"}).code, 2);
 }
 
@@ -145,6 +150,27 @@ TEST_F(Contract, ScoreCsvHasTheContractsColumns) {
   int rows = 0;
   while (std::getline(csv, line)) EXPECT_EQ(std::stoi(line), rows++);
   EXPECT_EQ(rows, 642);
+}
+
+// The same answer in both forms; a ball's axis may be undefined, which CSV calls nan and JSON null.
+TEST_F(Contract, ScoreJsonHoldsWhatTheCsvHolds) {
+  const auto mesh = write("torus.ply", datasets::torus(0.04, 0.015, 24, 12));
+  const Ended json_form = geocage({"score", mesh, "--radius-m", "0.02", "--json"});
+  std::istringstream csv(geocage({"score", mesh, "--radius-m", "0.02"}).out);
+  const json scores = json::parse(json_form.out)["scores"];
+  std::string line;
+  std::getline(csv, line);
+  for (int v = 0; v < 288; ++v) {
+    std::getline(csv, line);
+    std::istringstream row(line);
+    std::vector<std::string> cells;
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    ASSERT_EQ(cells.size(), 9u);
+    const json& winding = scores["winding_angle_rad"][v];
+    EXPECT_EQ(winding.is_null() ? "nan" : fmt::format("{}", winding.get<double>()), cells[4]);
+    EXPECT_EQ(scores["curvature_sum_rad"][v], std::stod(cells[5]));
+    EXPECT_EQ(scores["euler"][v], std::stod(cells[8]));
+  }
 }
 
 TEST_F(Contract, ScorePlyCarriesTheSameNames) {

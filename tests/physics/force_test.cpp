@@ -2,6 +2,7 @@
 #include <cmath>
 #include <set>
 
+#include "physics/controls.h"
 #include "physics/force_trial.h"
 #include <gtest/gtest.h>
 
@@ -92,6 +93,27 @@ TEST(Loads, a_free_body_turns_by_the_closed_form) {
     EXPECT_NEAR(trial.rotation_rad, angle(trial.ended_s), 1e-9) << load.name;
     EXPECT_LT(trial.displacement_m, 1e-12) << load.name;
   }
+}
+
+// Every preset's engine keeps what can't leave, and loses what nothing stops.
+TEST(KnownCages, answer_as_they_must_under_every_protocol) {
+  for (const std::string& name : protocol_names()) {
+    const auto controls = known_cages(find_protocol(name));
+    ASSERT_EQ(controls.size(), 3u);
+    for (const Control& control : controls)
+      EXPECT_TRUE(control.ok()) << name << ", " << control.name << ": " << control.held << " of "
+                                << control.trials;
+    EXPECT_EQ(controls[0].trials + controls[1].trials + controls[2].trials, 6 + 6 + 2);
+  }
+}
+
+// A solver that solves nothing lets the ball through the walls of its box.
+TEST(KnownCages, tell_a_broken_engine) {
+  Protocol broken = find_protocol("geocage-force");
+  broken.engine.iterations = 0;
+  const auto controls = known_cages(broken);
+  EXPECT_FALSE(controls[0].ok());
+  EXPECT_FALSE(controls[1].ok());
 }
 
 }  // namespace

@@ -105,10 +105,11 @@ class Report : public testing::Test {
     return R"({"schema": "geocage-evaluation 1", "grasp": )" + std::to_string(grasp) + R"(, "outcome": ")" +
            outcome + R"(", "reason": ")" + reason +
            R"(", "drift_m": 0.002, "drift_rad": null, "engine": {"name": "Bullet",
-           "dt_s": 0.001}, "directions": [
-           {"name": "+x", "held": true, "max_displacement_m": 0.001, "max_rotation_rad": 0.02},
+           "dt_s": 0.001}, "held_within_2_cm": false, "summary": {"worst": "-z", "fall_s": null}, "directions": [
+           {"name": "+x", "held": true, "held_within_2_cm": true, "max_displacement_m": 0.001, "max_rotation_rad": 0.02},
            {"name": "-z", "held": )" +
-           (last ? "true" : "false") + R"(, "max_displacement_m": 0.061, "max_rotation_rad": 0.3}]})";
+           (last ? "true" : "false") +
+           R"(, "held_within_2_cm": false, "max_displacement_m": 0.061, "max_rotation_rad": 0.3}]})";
   }
 
   fs::path trajectories() const {

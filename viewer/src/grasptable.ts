@@ -19,7 +19,7 @@ export function graspRows(overview: Overview): GraspRow[] {
 
 /** Columns that are shown where some row has them: name, title. */
 export function shownColumns(grasps: Table | undefined): [string, string][] {
-  const swept = (grasps?.columns ?? []).filter((name) => name.includes('.') && !name.startsWith('score_')).map((name): [string, string] => [name, name]);
+  const swept = (grasps?.columns ?? []).filter((name) => name.includes('.') && !/^(score|cage)_/.test(name)).map((name): [string, string] => [name, name]);
   const wanted: [string, string][] = [
     ['object', 'object'], ['hand', 'hand'], ...swept, ['grasp', 'grasp'], ['outcome', 'force test'],
     ['cage_outcome', 'cage test'], ['heuristic', 'heuristic'], ['score_rank', 'rank'],

@@ -1,6 +1,6 @@
 // The pages but for the 3-D view: overview, object, grasp, compare, sweep, run.
 import * as data from './data';
-import type { Control, Details, Direction, Grasp, Overview, Pair, Success, TestHead } from './data';
+import type { Cell, Control, Details, Direction, Evaluation, Grasp, Overview, Pair, Success, TestHead } from './data';
 import { outcomeColours } from './colours';
 import { append, h, select, table } from './dom';
 import { badge, graspRows, graspTable, type GraspRow } from './grasptable';
@@ -155,7 +155,7 @@ function objectFacts(pair: Pair, details: Details, index: number): HTMLElement {
 function pushes(title: string, directions: Direction[] | undefined, note: string): HTMLElement | null {
   if (!directions?.length) return null;
   return section(title, h('p', { class: 'soft' }, note), table(['direction', '', 'moved', 'turned', 'ended after'], directions.map((one) => [
-    one.name, h('span', { class: `push ${one.held ? 'held' : 'lost'}` }, one.held ? '✓ held' : `✗ ${one.outcome ?? 'lost'}`), num('max_displacement_m', one.max_displacement_m),
+    one.name, h('span', { class: `push ${one.held ? 'held' : 'lost'}` }, one.held ? (one.held_within_2_cm === false ? '✓ held, beyond 2 cm' : '✓ held') : `✗ ${one.outcome ?? 'lost'}`), num('max_displacement_m', one.max_displacement_m),
     num('max_rotation_rad', one.max_rotation_rad), num('ended_s', one.ended_s),
   ]), title));
 }
@@ -201,7 +201,11 @@ function story(grasp: Grasp, index: number, details: Details, weight: string | u
     lines.push([h('b', {}, 'Way. '), grasp.approach.outcome && grasp.approach.outcome !== 'planned' ? `none: ${grasp.approach.outcome}.` : 'planned, ',
       ...(grasp.approach.outcome && grasp.approach.outcome !== 'planned' ? [] : [num('seconds_s', grasp.approach.seconds), ' long, ', num('min_clearance_m', grasp.approach.min_clearance_m), ' free',
         grasp.approach.certified ? ', certified free of collision all the way.' : '.'])]);
-  if (grasp.evaluation) lines.push([h('b', {}, 'Force test. '), badge(grasp.evaluation.outcome), ` ${grasp.evaluation.reason}`]);
+  const test = grasp.evaluation, pushes = test?.summary;
+  if (test) lines.push([h('b', {}, 'Force test. '), badge(test.outcome), ` ${test.reason}`]);
+  if (pushes?.worst)
+    lines.push([num('held', pushes.held), ' of ', num('pushes', pushes.pushes), ' pushes held, ', num('held_within_2_cm', pushes.held_within_2_cm), ` of them within 2 cm; the worst is ${pushes.worst}`,
+      pushes.fall_s === null ? '.' : [', lost after ', num('fall_s', pushes.fall_s), '.']]);
   if (grasp.cage) lines.push([h('b', {}, 'Cage test. '), badge(grasp.cage.outcome), ` ${grasp.cage.reason}`]);
   return h('ul', { class: 'story' }, lines.map((line) => h('li', {}, line)));
 }
@@ -214,16 +218,39 @@ function controls(title: string, head: TestHead | null): HTMLElement | null {
     head.engine ? table(['setting', 'value'], Object.entries(head.engine).map(([key, value]) => [key, typeof value === 'number' ? num(`engine.${key}`, value) : String(value)]), `${title}: settings`) : null);
 }
 
+/** Kaplan and Meier's share still held over time, a step line an amplitude. */
+function survivalPlot(wrenches: NonNullable<Evaluation['wrenches']>, horizon: Cell | undefined): HTMLElement | null {
+  const rows: Row[] = [];
+  for (const one of wrenches) {
+    const curve = one.curve_s_share ?? [];
+    for (const [seconds, share] of curve) rows.push({ weights: one.amplitude_weights, seconds, share });
+    if (curve.length && typeof horizon === 'number') rows.push({ weights: one.amplitude_weights, seconds: horizon, share: curve[curve.length - 1][1] });
+  }
+  if (!rows.length) return null;
+  return plot('Survival under random wrenches', 'Share of the trials still held, by the amplitude in weights of the object.', {
+    mark: { type: 'line', interpolate: 'step-after', strokeWidth: 2 },
+    encoding: {
+      x: { field: 'seconds', type: 'quantitative', title: 'time [s]' }, y: { field: 'share', type: 'quantitative', title: 'share still held', scale: { domain: [0, 1] } },
+      color: { field: 'weights', type: 'ordinal', title: 'weights' }, strokeDash: { field: 'weights', type: 'ordinal' },
+    },
+  }, rows, ['weights', 'seconds', 'share']);
+}
+
 function graspFacts(grasp: Grasp, index: number, details: Details, weight: string | undefined): (Node | null)[] {
   const cage = grasp.cage;
   return [
     section('Why', story(grasp, index, details, weight)),
     h('div', { class: 'columns' }, ...[pushes('Pushes of the force test', grasp.evaluation?.directions, 'The closing hand holds with friction; the object is pushed along each axis of its own frame.'),
       pushes('Pulls of the cage test', cage?.directions, 'Fingers locked, no friction: gravity along each axis.'),
+      pushes('Pulls with motors', cage?.compliant, 'The same without friction, with motors that give way in place of locked fingers.'),
       pushes('Ring test', cage?.ring, 'Gravity across the closing axis, with motion along that axis locked.')],
     cage?.wrenches?.length ? section('Random wrenches', table(['weights', 'trials', 'lost', 'survival', 'mean held'], cage.wrenches.map((one) => [
       num('amplitude_weights', one.amplitude_weights), num('trials', one.trials), num('lost', one.lost), num('survival', one.survival), num('mean_held_s', one.mean_held_s)]), 'random wrenches'),
-    h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`)) : null),
+    cage.a_50 ? h('p', {}, 'Half are still held at the end at ', cage.a_50.is === 'at' ? null : h('b', {}, `${cage.a_50.is} `), num('a_50', cage.a_50.weights), ' weights',
+      cage.a_50.is === 'at' ? ' (on the line between two amplitudes).' : ', the outermost amplitude tested.') : null,
+    survivalPlot(cage.wrenches, details.cage?.engine?.wrench_s),
+    h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`,
+      cage.escape_search?.rise_m?.length ? [' ', num('found', cage.escape_search.found), ' of ', num('seeds', cage.escape_search.seeds), ' searches found one; against the kindest gravity the centre of mass rises by at most ', num('rise_m', Math.min(...cage.escape_search.rise_m)), ' on it.'] : null)) : null),
     Object.keys(grasp.scores).length === 0 ? null : section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
     !details.evaluation && !details.cage ? null : section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),
   ];

@@ -138,11 +138,39 @@ TEST(Evaluate, more_loads_leave_the_six_pushes_as_they_are) {
 
 TEST(Evaluate, controls_fail_as_they_must) {
   const Evaluations all = evaluated({closed_grasp(), open_grasp()});
-  ASSERT_EQ(all.controls.size(), 3u);
-  for (const physics::Control& control : all.controls) EXPECT_EQ(control.trials, 12);
+  ASSERT_EQ(all.controls.size(), 6u);  // the last three are cages that are known
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(all.controls[i].trials, 12);
   EXPECT_EQ(all.controls[0].held, 0) << "hand 1 m away";
   EXPECT_EQ(all.controls[1].passed, 0) << "open hand";
   EXPECT_TRUE(all.valid());
+  EXPECT_TRUE(nlohmann::json::parse(saved(all))["valid"]);
+  // A known cage that answers otherwise, here by a solver that solves nothing, makes the run invalid.
+  Evaluations broken = all;
+  physics::Protocol nothing = physics::find_protocol("geocage-force");
+  nothing.engine.iterations = 0;
+  broken.controls = physics::known_cages(nothing);
+  EXPECT_FALSE(broken.valid());
+  EXPECT_FALSE(nlohmann::json::parse(saved(broken))["valid"]);
+}
+
+// By hand: held within 2 cm, held beyond it, lost at 0.4 s and at 0.1 s.
+TEST(Evaluate, counts_pushes_within_2_cm_and_names_the_worst) {
+  Evaluation one;
+  one.directions = {{"+x", Outcome::held, 0.0199, 0, 2}, {"-x", Outcome::held, 0.0201, 0, 2}};
+  one.outcome = Outcome::held;
+  EXPECT_EQ(one.held_pushes(false), 2);
+  EXPECT_EQ(one.held_pushes(true), 1);
+  EXPECT_FALSE(one.held_strictly());
+  EXPECT_EQ(one.worst()->name, "-x");
+  one.directions.push_back({"+y", Outcome::lost, 0.05, 0, 0.4});
+  one.directions.push_back({"-y", Outcome::lost, 0.01, 0.27, 0.1});
+  one.outcome = Outcome::lost;
+  EXPECT_EQ(one.worst()->name, "-y");
+  const auto summary = to_json({}, one)["summary"];
+  EXPECT_EQ(summary["held_share"], 0.5);
+  EXPECT_EQ(summary["fall_s"], 0.1);
+  one.outcome = Outcome::unsettled;
+  EXPECT_EQ(one.worst(), nullptr);
 }
 
 TEST(Evaluate, says_the_same_bytes_twice_and_with_any_number_of_threads) {

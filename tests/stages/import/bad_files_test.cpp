@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -244,6 +245,60 @@ TEST_F(BadFiles, MeshesWithoutTrianglesAndWithNan) {
   geometry::write_ply(folder_ / "nan.ply", ball);
   refused_mesh(folder_ / "nan.ply", "vertex 7 is not a finite point");
   refused_mesh(write("huge.off", "OFF\n4294967295 4294967295 0\n0 0 0\n"), "");
+}
+
+TEST_F(BadFiles, PcdAndPlyThatEndEarly) {
+  std::string rows;
+  for (int i = 0; i < 50; ++i) rows += "0.1 0.2 0." + std::to_string(i) + "\n";
+  refused_cloud(write("rows.pcd", pcd("4 4 4", 100, "ascii\n" + rows)), "50 of the 100 points");
+  geometry::write_ply(folder_ / "whole.ply", datasets::icosphere(0.05, 3));
+  std::ostringstream bytes;
+  bytes << std::ifstream(folder_ / "whole.ply", std::ios::binary).rdbuf();
+  refused_mesh(write("cut.ply", bytes.str().substr(0, bytes.str().size() - 100)), "shorter than its header");
+}
+
+// assimp takes the last vertex for one that is not there, and leaves a face with a negative one out.
+TEST_F(BadFiles, OffThatPromisesMoreThanItHolds) {
+  const std::string corners = "0 0 0\n0.1 0 0\n0 0.1 0 # a comment\n\n0 0 0.1\n";
+  const std::string three = "3 0 2 1\n3 0 1 3\n3 1 2 3\n";
+  EXPECT_EQ(mesh(write("good.off", "OFF\n# made by hand\n4 4 0\n" + corners + three + "3 2 0 3\n"))
+                .triangles.size(),
+            4u);
+  refused_mesh(write("far.off", "OFF\n4 4 0\n" + corners + three + "3 2 0 9\n"),
+               "face 3 names vertex 9, but");
+  refused_mesh(write("negative.off", "OFF\n4 4 0\n" + corners + three + "3 2 0 -1\n"), "names vertex -1");
+  refused_mesh(write("fewer.off", "OFF 4 4 0\n" + corners + three), "it ends after 3 of 4 faces");
+  refused_mesh(write("cut.off", "OFF\n40 4 0\n" + corners + three), "it ends after 7 of 40 vertices");
+  refused_mesh(write("short.off", "OFF\n4 4 0\n" + corners + three + "3 2 0\n"), "fewer corners");
+}
+
+TEST_F(BadFiles, PcdWithoutCoordinatesOrAtOnePlace) {
+  std::string unnamed = pcd("4 4 4", 4, "ascii\n" + four), typed = unnamed;
+  unnamed.replace(unnamed.find("x y z"), 5, "a b c");
+  typed.replace(typed.find("F F F"), 5, "F Q F");
+  refused_cloud(write("unnamed.pcd", unnamed), "no field 'x'");
+  refused_cloud(write("typed.pcd", typed), "unknown type: 'Q'");
+  refused_cloud(write("words.pcd", pcd("4 4 4", 4, "ascii\na b c\nd e f\ng h i\nj k l\n")), "at one place");
+}
+
+// The float 0.08 begins with the byte of a line feed, which assimp drops after a header that ends in one.
+TEST_F(BadFiles, BinaryPlyWhoseNumbersBeginLikeALineEnd) {
+  const float corners[4][3] = {{0.08F, 0, 0}, {0, 0.08F, 0}, {0, 0, 0.08F}, {0, 0, 0}};
+  const std::int32_t faces[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+  std::string data(reinterpret_cast<const char*>(corners), sizeof corners);
+  for (const auto& face : faces) data += '\3' + std::string(reinterpret_cast<const char*>(face), sizeof face);
+  ASSERT_EQ(data[0], '\n');
+  for (const std::string end : {"\n", "\r\n"}) {
+    std::string header;
+    for (const char* line : {"ply", "format binary_little_endian 1.0", "element vertex 4", "property float x",
+                             "property float y", "property float z", "element face 4",
+                             "property list uchar int vertex_indices", "end_header"})
+      header += line + end;
+    const auto read = mesh(write("first_byte.ply", header + data));
+    ASSERT_EQ(read.vertices.size(), 4u);
+    EXPECT_EQ(read.vertices[0].x(), static_cast<double>(0.08F));
+    EXPECT_NEAR(check_mesh(read).volume_m3, 0.08 * 0.08 * 0.08 / 6, 1e-10);  // single precision
+  }
 }
 
 }  // namespace

@@ -263,5 +263,81 @@ TEST_F(ImportTest, ForeignScansGiveEveryLabelledObject) {
   EXPECT_EQ(milk.objects[0].points.size(), milk.cloud.size());
 }
 
+TEST_F(ImportTest, MeshesAboveTheGuardAreRefusedOrReduced) {
+  constexpr double radius = 0.05;
+  const auto ball = datasets::icosphere(radius, 5);  // 20480 triangles
+  geometry::write_ply(folder_ / "ball.ply", ball);
+  ImportParams params;
+  params.most_faces = 10000;
+  try {
+    mesh("ball.ply", params);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_EQ(error.fault(), Fault::input);
+    EXPECT_NE(error.sentence().find("20480 faces"), std::string::npos) << error.what();
+    EXPECT_NE(error.hint().find("import.decimate"), std::string::npos) << error.what();
+  }
+  params.decimate = 2000;
+  const auto reduced = mesh("ball.ply", params);
+  const auto report = check_mesh(reduced);
+  EXPECT_EQ(report.euler, 2);
+  EXPECT_TRUE(report.closed_manifold());
+  EXPECT_NEAR(report.triangles, 2000, 100);
+  EXPECT_EQ(run_.metrics().at("decimated_from"), 20480);
+  EXPECT_EQ(run_.metrics().at("decimated_to"), report.triangles);
+  EXPECT_EQ(run_.metrics().at("decimated_clustered"), 0);
+  // Corners stay on the sphere, so the reduced surface lies within by R - sqrt(R^2 - c^2) at most, c the
+  // largest circumradius, and by R - |centre| at the centres, which are samples; the given one by less than
+  // the same with its own circumradius, 0.6 of its longest edge of 0.038 R: 0.00026 R.
+  double least = 0, most = 0;
+  for (const auto& t : reduced.triangles) {
+    const Vec3 &a = reduced.vertices[t[0]], &b = reduced.vertices[t[1]], &c = reduced.vertices[t[2]];
+    EXPECT_NEAR(a.norm(), radius, 1e-7);
+    const double round = (b - a).norm() * (c - b).norm() * (a - c).norm() / (2 * (b - a).cross(c - a).norm());
+    least = std::max(least, radius - ((a + b + c) / 3).norm());
+    most = std::max(most, radius - std::sqrt(radius * radius - round * round));
+  }
+  const double given = 0.00026 * radius;
+  EXPECT_GE(run_.metrics().at("decimated_added_m"), least - given);
+  EXPECT_LE(run_.metrics().at("decimated_added_m"), most);
+  EXPECT_GE(run_.metrics().at("decimated_lost_m"), (least - given) / 2);
+  EXPECT_LE(run_.metrics().at("decimated_lost_m"), most);
+}
+
+TEST_F(ImportTest, ReducingKeepsHandlesAndBytes) {
+  geometry::write_ply(folder_ / "t.ply", datasets::torus(0.04, 0.015, 120, 60));
+  ImportParams params;
+  params.most_faces = 5000;
+  params.decimate = 3000;
+  const auto once = mesh("t.ply", params), again = mesh("t.ply", params);
+  EXPECT_EQ(check_mesh(once).euler, 0);
+  EXPECT_TRUE(check_mesh(once).closed_manifold());
+  EXPECT_EQ(once.triangles, again.triangles);
+  EXPECT_EQ(once.vertices, again.vertices);
+}
+
+// No two triangles touch: edge by edge, most of them vanish and leave gaps of a quarter of the ball; a grid
+// of about a thousand cells has cells of 2 sqrt(pi / 500) radii, 7.9 mm, and moves nothing by their diagonal.
+TEST_F(ImportTest, ASoupAboveTheGuardIsReducedByAGrid) {
+  geometry::TriangleMesh soup;
+  const auto ball = datasets::icosphere(0.05, 4);
+  for (const auto& t : ball.triangles) {
+    const auto first = static_cast<int>(soup.vertices.size());
+    const Vec3 middle = (ball.vertices[t[0]] + ball.vertices[t[1]] + ball.vertices[t[2]]) / 3;
+    for (int v : t) soup.vertices.push_back(middle + 0.9 * (ball.vertices[v] - middle));
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  geometry::write_ply(folder_ / "soup.ply", soup);
+  ImportParams params;
+  params.most_faces = 5000;
+  params.decimate = 1000;
+  params.repair = "none";
+  const auto reduced = mesh("soup.ply", params);
+  EXPECT_EQ(run_.metrics().at("decimated_clustered"), 1);
+  EXPECT_LE(reduced.triangles.size(), 1000u);
+  EXPECT_GT(reduced.triangles.size(), 300u);
+  EXPECT_LT(run_.metrics().at("decimated_lost_m"), 0.0137);
+}
+
 }  // namespace
 }  // namespace geocage::stages
