@@ -108,6 +108,9 @@ void describe_cage(const reports::CageResult& cage, Row& row) {
   row["cage_wrenches"] = static_cast<double>(cage.wrenches);
   row["cage_wrenches_lost"] = static_cast<double>(cage.wrenches_lost);
   row["cage_escape_search"] = cage.search;
+  row["cage_searches_found"] = static_cast<double>(cage.searches_found);
+  if (cage.rise_m) row["cage_rise_m"] = *cage.rise_m;
+  if (cage.compliant > 0) row["cage_compliant_retained"] = static_cast<double>(cage.compliant_retained);
   if (cage.half_weights) row["cage_a50_weights"] = *cage.half_weights;
   if (!cage.half_weights && !cage.half.empty()) row["cage_a50_censored"] = cage.half;
   for (const auto& one : cage.amplitudes) {
@@ -298,6 +301,9 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
                            "cage_wrenches",
                            "cage_wrenches_lost",
                            "cage_escape_search",
+                           "cage_searches_found",
+                           "cage_rise_m",
+                           "cage_compliant_retained",
                            "cage_a50_weights",
                            "cage_a50_censored",
                            "cage_valid"})
@@ -349,8 +355,8 @@ Table rate_table(const Flow& flow, const Table& grasps) {
 
 Table paired_table(const Flow& flow, const Table& grasps) {
   Table table{"paired",
-              {"setting", "first", "other", "hand", "objects", "pairs", "gained", "lost", "mean_difference",
-               "bootstrap_low", "bootstrap_high"},
+              {"setting", "first", "other", "hand", "objects", "pairs", "gained", "lost", "mcnemar_p",
+               "mean_difference", "bootstrap_low", "bootstrap_high"},
               {}};
   const Reader read(grasps);
   for (const auto& setting : settings_of(flow)) {
@@ -380,7 +386,8 @@ Table paired_table(const Flow& flow, const Table& grasps) {
           }
         const auto mean = reports::bootstrap_over_groups(groups_of(objects));
         table.rows.push_back({setting, levels[0], levels[k], hand, double(objects.size()), pairs, gained,
-                              lost, mean.mean, mean.low, mean.high});
+                              lost, reports::mcnemar(static_cast<int>(gained), static_cast<int>(lost)),
+                              mean.mean, mean.low, mean.high});
       }
     }
   }

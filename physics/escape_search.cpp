@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/force_trial.h"
 #include <ompl/base/MotionValidator.h>
 #include <ompl/base/ScopedState.h>
 #include <ompl/base/goals/GoalStates.h>
@@ -231,7 +232,33 @@ EscapeSearch search_escape(const geometry::SignedDistanceField& field, const Esc
       search.path_m += (X_WC * Vec3::Zero() - path_WC[search.path_WO.size() - 1].translation()).norm();
     search.path_WO.push_back(X_WC * Eigen::Translation3d(-escape.object_ball().center));
   }
+  search.found = 1;
+  search.rise_m = rises_m(search.path_WO, escape.object_ball().center);
   return search;
+}
+
+std::vector<double> rises_m(const std::vector<Pose>& path_WO, const Vec3& center_O) {
+  std::vector<double> rises;
+  for (const Direction& gravity : six_directions()) {
+    double rise = 0;
+    for (const Pose& X_WO : path_WO)
+      rise = std::max(rise, -gravity.axis_O.dot(X_WO * center_O - path_WO.front() * center_O));
+    rises.push_back(rise);
+  }
+  return rises;
+}
+
+EscapeSearch merged(const std::vector<EscapeSearch>& searches) {
+  if (searches.empty()) return {};
+  const auto first = std::ranges::find(searches, EscapeSearch::Result::found, &EscapeSearch::result);
+  EscapeSearch all = first == searches.end() ? searches.front() : *first;
+  all.seeds = static_cast<int>(searches.size()), all.found = 0, all.samples = 0;
+  for (const EscapeSearch& one : searches) {
+    all.found += one.found, all.samples += one.samples;
+    for (std::size_t i = 0; i < one.rise_m.size(); ++i)
+      all.rise_m[i] = std::min(all.rise_m[i], one.rise_m[i]);
+  }
+  return all;
 }
 
 }  // namespace geocage::physics

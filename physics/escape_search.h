@@ -24,7 +24,17 @@ struct EscapeSearch {
   double path_m = 0;                    ///< length of the translation
   double deepest_m = 0;                 ///< of any capsule on the path, 0 when free
   std::vector<geometry::Pose> path_WO;  ///< from the start on, W the frame of O at the start
+  int seeds = 1, found = 0;  ///< searches, and those that found a way: found / seeds is P_esc(samples)
+  /// Of all ways found, the least that the centre of mass must be raised against gravity along +x -x +y -y
+  /// +z -z of O: an upper bound of the escape energy per weight, u+ / (M g). Empty where none was found.
+  std::vector<double> rise_m;
 };
+
+/// How far the centre of mass (in O) rises at most along the path, against gravity along each of the six
+/// axes.
+std::vector<double> rises_m(const std::vector<geometry::Pose>& path_WO, const geometry::Vec3& center_O);
+/// Searches of one hand by several seeds as one: the first path found, all samples, the lowest rises.
+EscapeSearch merged(const std::vector<EscapeSearch>& searches);
 
 /// RRT-Connect (Kuffner and LaValle 2000; OMPL) in SE(3), from the grasp and from 162 poses outside. A motion
 /// is looked at by conservative advancement: it may go on by the smallest clearance before the next look. The

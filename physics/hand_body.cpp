@@ -191,7 +191,9 @@ void HandBody::hold(btMultiBodyDynamicsWorld& world, const Eigen::VectorXd& q_ta
     auto motor = std::make_unique<btMultiBodyJointMotor>(body_.get(), i, 0, effort * dt_s);
     motor->setPositionTarget(q_target[dof], grip.gain_1ps * dt_s);  // Bullet's gain is the share of a step
     motor->setVelocityTarget(0, 1);
-    motor->setRhsClamp(slides ? grip.speed_limit_m_s : grip.speed_limit_rad_s);
+    const double own_speed = hand_.tree.velocity_limit_rad_s[dof],
+                 speed = slides ? grip.speed_limit_m_s : grip.speed_limit_rad_s;
+    motor->setRhsClamp(own_speed > 0 ? std::min(own_speed, speed) : speed);
     world.addMultiBodyConstraint(motor.get());
     motors_.push_back(motor.get());
     constraints_.push_back(std::move(motor));

@@ -92,6 +92,11 @@ Cages read_cages(const fs::path& folder) {
     cage.grasp = entry.at("grasp");
     cage.outcome = entry.at("outcome"), cage.reason = entry.at("reason");
     cage.search = entry.at("escape_search").at("result");
+    cage.searches_found = entry.at("escape_search").at("found");
+    const auto rises = entry.at("escape_search").at("rise_m").get<std::vector<double>>();
+    if (!rises.empty()) cage.rise_m = std::ranges::min(rises);
+    cage.compliant = static_cast<int>(entry.at("compliant").size()),
+    cage.compliant_retained = held_of(entry.at("compliant"));
     cage.pulls = static_cast<int>(entry.at("directions").size()),
     cage.pulls_retained = held_of(entry.at("directions"));
     cage.ring = static_cast<int>(entry.at("ring").size()), cage.ring_retained = held_of(entry.at("ring"));

@@ -58,6 +58,8 @@ struct CageResult {
   std::vector<WrenchResult> amplitudes;  ///< smallest first
   std::string half;                      ///< a_50 in words: "1.41", "below 0.5"; empty without wrenches
   std::optional<double> half_weights;    ///< where it is no bound
+  std::optional<double> rise_m;          ///< least over gravity's six axes of the ways found
+  int searches_found = 0, compliant = 0, compliant_retained = 0;
   int pulls = 0, pulls_retained = 0, ring = 0, ring_retained = 0, wrenches = 0, wrenches_lost = 0;
 };
 struct Cages {

@@ -13,4 +13,11 @@ Proportion wilson(int hits, int trials, double z) {
   return {p, std::max(0.0, middle - half), std::min(1.0, middle + half)};
 }
 
+double mcnemar(int gained, int lost) {
+  const int n = gained + lost;
+  double term = std::exp2(-n), tail = term;  // C(n, k) / 2^n, by recurrence
+  for (int k = 1; k <= std::min(gained, lost); ++k) tail += term *= static_cast<double>(n - k + 1) / k;
+  return std::min(1.0, 2 * tail);
+}
+
 }  // namespace geocage::reports

@@ -11,4 +11,9 @@ struct Proportion {
 /// [0, 1]. It takes the trials as independent, which grasps of one object are not.
 Proportion wilson(int hits, int trials, double z = 1.959963984540054);
 
+/// McNemar's exact two-sided test (1947): how likely `gained` against `lost` pairs, or a more uneven split,
+/// is where both are as likely, p = min(1, 2 sum over k <= min of C(n, k) / 2^n). No pair that differs: 1. It
+/// takes the pairs as independent, which those of one object are not.
+double mcnemar(int gained, int lost);
+
 }  // namespace geocage::reports

@@ -8,42 +8,49 @@ namespace geocage::topology {
 
 Patches::Patches(const BallMesh& mesh)
     : mesh_(mesh),
-      patch_of_(static_cast<std::size_t>(mesh.count) + 1, -1),
-      slot_(static_cast<std::size_t>(mesh.count) + 1),
-      queue_(static_cast<std::size_t>(mesh.count) + 1 + spare_links) {}
+      given_(static_cast<std::size_t>(mesh.count)),
+      slot_(static_cast<std::size_t>(mesh.count) + 1) {}
 
 void Patches::next(std::vector<int>& sources) {
   constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
   sources.clear();
   const std::lock_guard lock(mutex_);
-  while (seed_ < mesh_.count && patch_of_[seed_] >= 0) ++seed_;
+  while (seed_ < mesh_.count && given_[seed_]) ++seed_;
   if (seed_ == mesh_.count) return;
   const GrowInput input{mesh_.link_start.data(), mesh_.links.neighbour.data(), mesh_.count, nullptr};
-  queue_[0] = seed_;
+  queue_.assign(1, seed_);
   slot_[seed_] = slot_[mesh_.count] = 1;
   int reached = 1;
   for (int head = 0; head < reached && head < farthest_seen && sources.size() < lanes;) {
     const int ring = head, end = reached;
+    std::size_t links = spare_links;
     for (; head < end && head < farthest_seen && sources.size() < lanes; ++head) {
-      if (patch_of_[queue_[head]] >= 0) continue;
-      patch_of_[queue_[head]] = seed_;
-      sources.push_back(queue_[head]);
+      const int v = queue_[head];
+      links += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
+      if (given_[v]) continue;
+      given_[v] = 1;
+      sources.push_back(v);
     }
-    if (head == end) reached = grow_ring(input, queue_.data(), slot_.data(), ring, end, reached);
+    if (head < end) break;
+    queue_.resize(static_cast<std::size_t>(reached) + links);
+    reached = grow_ring(input, queue_.data(), slot_.data(), ring, end, reached);
   }
   for (int i = 0; i < reached; ++i) slot_[queue_[i]] = 0;
+  slot_[mesh_.count] = 0;
+  for (int v : sources) slot_[v] = 1;
   order(sources);
+  for (int v : sources) slot_[v] = 0;
 }
 
-/// First what has no neighbour outside of its patch, then the others one after the other round its middle:
-/// the rings of a region keep that order, so that a ball is few runs of each.
+/// First what has no neighbour outside of its patch, which has the slots, then the others one after the other
+/// round its middle: the rings of a region keep that order, so that a ball is few runs of each.
 void Patches::order(std::vector<int>& patch) const {
   geometry::Vec3 middle = geometry::Vec3::Zero(), normal = middle;
   for (int v : patch) middle += mesh_.position(v);
   middle /= static_cast<double>(patch.size());
   const auto inner = [&](int v) {
     for (int i = mesh_.link_start[v]; i < mesh_.link_start[v + 1]; ++i)
-      if (patch_of_[mesh_.links.neighbour[i]] != seed_) return false;
+      if (slot_[mesh_.links.neighbour[i]] == 0) return false;
     return true;
   };
   int *const begin = patch.data(), *const end = begin + patch.size();

@@ -21,8 +21,8 @@ class Patches {
   void order(std::vector<int>& patch) const;
   const BallMesh& mesh_;
   std::mutex mutex_;
-  int seed_ = 0;               ///< all before it are in patches
-  std::vector<int> patch_of_;  ///< seeds, or -1
+  int seed_ = 0;             ///< all before it have been given out
+  std::vector<char> given_;  ///< whether a vertex has
   std::vector<int> slot_, queue_;
 };
 

@@ -46,7 +46,7 @@ class Aligned {
 
 /// What all threads share.
 struct Job {
-  const BallMesh mesh;
+  BallMesh mesh;
   const VertexGrid grid;
   Patches patches;
   const Metric metric;
@@ -60,6 +60,7 @@ struct Job {
 
   Job(const TriangleMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
       : mesh(m), grid(mesh), patches(mesh), metric(used_metric), options(o), set(out) {
+    std::vector<float>().swap(mesh.longest_m);  // the grid has it
     for (const BallFields& ball : set.radii) largest_m = std::max(largest_m, ball.radius_m);
     if (metric == Metric::hop)
       count_hops();

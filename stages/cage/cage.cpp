@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "physics/cage_trial.h"
+#include "physics/compliant_trial.h"
 #include "physics/force_trial.h"
 #include "physics/locked_hand.h"
 #include <fmt/format.h>
@@ -38,7 +39,8 @@ struct Locked {
   physics::LockedHand hand;
   std::vector<Job> jobs = {};
   std::vector<CageTrial> pulls = {}, ring = {}, wrenches = {};
-  physics::EscapeSearch search = {};
+  std::vector<physics::EscapeSearch> searches = {};  ///< one a seed
+  std::vector<CageTrial> compliant = {};             ///< one a pull, or none
 
   CageTrial& trial(const Job& job) {
     return (job.kind == Job::Kind::pull ? pulls : job.kind == Job::Kind::ring ? ring : wrenches)[job.index];
@@ -194,13 +196,15 @@ void judge(CageEvaluation& evaluation, const Locked& locked, const CageParams& p
   for (std::size_t i = 0; i < locked.pulls.size(); ++i)
     evaluation.pulls.push_back(shown(physics::six_directions()[i].name, locked.pulls[i]));
   for (std::size_t i = 0; i < ring_ways; ++i) evaluation.ring.push_back(shown(ring_name(i), locked.ring[i]));
+  for (std::size_t i = 0; i < locked.compliant.size(); ++i)
+    evaluation.compliant.push_back(shown(physics::six_directions()[i].name, locked.compliant[i]));
   evaluation.backed_off_m = locked.hand.backed_off_m;
   evaluation.wrenches = wrenches_of(locked, params, protocol);
   std::vector<physics::AmplitudeShare> shares;
   for (const CageWrench& one : evaluation.wrenches)
     shares.push_back({one.amplitude, one.survival, one.trials});
   evaluation.half = physics::half_amplitude(std::move(shares));
-  evaluation.search = locked.search;
+  evaluation.search = physics::merged(locked.searches);
   int errors = 0;
   for (const auto* trials : {&locked.pulls, &locked.ring, &locked.wrenches})
     for (const CageTrial& trial : *trials) {
@@ -218,7 +222,7 @@ void judge(CageEvaluation& evaluation, const Locked& locked, const CageParams& p
   else
     evaluation.reason =
         fmt::format("no way out was found: {} pulls, {} random wrenches, {} samples of a search; no proof",
-                    locked.pulls.size(), locked.wrenches.size(), locked.search.samples);
+                    locked.pulls.size(), locked.wrenches.size(), evaluation.search.samples);
 }
 
 enum class TrialKind { pull, wrench };
@@ -266,11 +270,15 @@ void CageParams::visit(pipeline::Fields& f) {
   f("wrench_amplitudes", wrench_amplitudes, {0, 100}, "of the random wrenches, in weights of the object");
   f("wrench_seeds", wrench_seeds, {1, 1e5},
     "random wrench trials an amplitude; the default looks, 100 screen, 1000 are for tables");
-  f("search_samples", search_samples, {0, 1e7}, "random poses of the search for a way out; 0: no search");
+  f("search_samples", search_samples, {0, 1e7},
+    "random poses of a search for a way out, of each seed; 0: no search");
+  f("search_seeds", search_seeds, {1, 1e3}, "searches for a way out");
   f("damping_s", damping_s, {0, 1e3}, "velocities shrink by exp(-t / damping_s); 0: they do not");
   f("step_s", step_s, {1e-5, 0.01}, "longest time step");
   f("control_grasps", control_grasps, {1, 1e6},
     "grasps repeated with the hand 1 m away, with open fingers, and with random ones");
+  f("compliant_grasps", compliant_grasps, {0, 1e6},
+    "first grasps pulled once more with motors that give way in place of locked fingers");
   f("self_check_trials", self_check_trials, {0, 1e6},
     "trials repeated at half the step and with twice the iterations");
   f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose trials are kept for playback");
@@ -299,12 +307,14 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     list_jobs(one, params, everything);
     for (const Job& job : one.jobs)
       work.push_back([&, job] { one.trial(job) = run_job(job, params, one.hand.protocol, body, one.hand); });
-    if (everything && params.search_samples > 0)
-      work.push_back([&] {
+    one.searches.resize(everything && params.search_samples > 0 ? params.search_seeds : 0);
+    for (std::size_t i = 0; i < one.searches.size(); ++i)
+      work.push_back([&, i] {
         const physics::EscapeSearchRule rule{.samples = params.search_samples};
-        one.search = physics::search_escape(field, one.hand.escape, rule, params.seed);
+        one.searches[i] = physics::search_escape(field, one.hand.escape, rule, params.seed + i);
       });
   };
+  int compliant = params.compliant_grasps;
   for (std::size_t i = 0; i < postures.size(); ++i) {
     CageEvaluation& evaluation = all.list.emplace_back();
     evaluation.grasp = static_cast<int>(i);
@@ -318,6 +328,13 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     }
     locked[i].emplace(lock(postures[i]));
     add(*locked[i], true);
+    if (compliant-- <= 0) continue;
+    locked[i]->compliant.resize(physics::six_directions().size());
+    for (std::size_t way = 0; way < locked[i]->compliant.size(); ++way)
+      work.push_back([&, i, way] {
+        locked[i]->compliant[way] = physics::compliant_pull(
+            protocol, body, radius_m, hand, postures[i], physics::six_directions()[way].axis_O, params.seed);
+      });
   }
   const std::size_t controls = std::min<std::size_t>(postures.size(), params.control_grasps);
   std::vector<Locked> far, open, random;

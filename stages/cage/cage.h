@@ -27,10 +27,10 @@ struct CageParams {
   std::string object_geometry = "truth";
   std::vector<double> wrench_amplitudes = {0.5, 1, 2, 5};
   int wrench_seeds = 10;
-  int search_samples = 1000;
+  int search_samples = 1000, search_seeds = 5;
   double damping_s = physics::CageEngine{}.damping_s;
   double step_s = physics::CageEngine{}.dt_s;
-  int control_grasps = 2;
+  int control_grasps = 2, compliant_grasps = 1;
   int self_check_trials = 6;
   int recorded_grasps = 1;
   int margin_grasps = 1;
@@ -62,6 +62,7 @@ struct CageEvaluation {
   double start_penetration_m = 0, max_penetration_m = 0;
   double backed_off_m = 0;  ///< the farthest that a capsule was moved out of the object before locking
   std::vector<CagePull> pulls, ring;  ///< six axes of O; four directions across the hand's flexion axis
+  std::vector<CagePull> compliant;    ///< the six with motors that give way; empty where it was not asked
   std::vector<CageWrench> wrenches;
   std::optional<physics::HalfAmplitude> half;  ///< a_50 of the wrenches
   physics::EscapeSearch search;
@@ -97,7 +98,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 7, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 8, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

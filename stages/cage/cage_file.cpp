@@ -45,7 +45,8 @@ std::vector<CagePull> pulls_from(const json& list) {
 }
 
 json search_json(const EscapeSearch& search) {
-  json entry = {{"samples", search.samples}, {"path_m", search.path_m}, {"deepest_m", search.deepest_m}};
+  json entry = {{"samples", search.samples}, {"path_m", search.path_m}, {"deepest_m", search.deepest_m},
+                {"seeds", search.seeds},     {"found", search.found},   {"rise_m", search.rise_m}};
   for (const auto& [result, text] : results)
     if (search.result == result) entry["result"] = text;
   json path = json::array();
@@ -60,6 +61,8 @@ EscapeSearch search_from(const json& entry) {
     if (entry.at("result") == text) search.result = result;
   search.samples = entry.at("samples"), search.path_m = entry.at("path_m"),
   search.deepest_m = entry.at("deepest_m");
+  search.seeds = entry.at("seeds"), search.found = entry.at("found");
+  search.rise_m = entry.at("rise_m").get<std::vector<double>>();
   for (const json& pose : entry.at("X_WO"))
     search.path_WO.push_back(hands::pose_from_json(pose, "cages.json"));
   return search;
@@ -153,6 +156,7 @@ json to_json(const CageEvaluations& all, const CageEvaluation& evaluation) {
           {"reason", evaluation.reason},
           {"directions", pulls_json(evaluation.pulls)},
           {"ring", pulls_json(evaluation.ring)},
+          {"compliant", pulls_json(evaluation.compliant)},
           {"wrenches", wrenches_json(evaluation.wrenches)},
           {"a_50", physics::to_json(evaluation.half)},
           {"escape_search", search_json(evaluation.search)},
@@ -178,6 +182,8 @@ void save_artefact(const CageEvaluations& all, const std::filesystem::path& dir)
                      {"wrench_amplitudes", params.wrench_amplitudes},
                      {"wrench_seeds", params.wrench_seeds},
                      {"search_samples", params.search_samples},
+                     {"search_seeds", params.search_seeds},
+                     {"compliant_grasps", params.compliant_grasps},
                      {"damping_s", params.damping_s},
                      {"step_s", params.step_s},
                      {"control_grasps", params.control_grasps},
@@ -207,6 +213,7 @@ void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
   params.object_geometry = file.at("object_geometry");
   params.wrench_amplitudes = file.at("wrench_amplitudes").get<std::vector<double>>();
   params.wrench_seeds = file.at("wrench_seeds"), params.search_samples = file.at("search_samples");
+  params.search_seeds = file.at("search_seeds"), params.compliant_grasps = file.at("compliant_grasps");
   params.damping_s = file.at("damping_s"), params.step_s = file.at("step_s");
   params.control_grasps = file.at("control_grasps"), params.seed = file.at("seed");
   params.self_check_trials = file.at("self_check_trials");
@@ -224,6 +231,7 @@ void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {
     evaluation.max_penetration_m = entry.at("max_penetration_m");
     evaluation.backed_off_m = entry.at("backed_off_m");
     evaluation.pulls = pulls_from(entry.at("directions")), evaluation.ring = pulls_from(entry.at("ring"));
+    evaluation.compliant = pulls_from(entry.at("compliant"));
     evaluation.wrenches = wrenches_from(entry.at("wrenches"));
     evaluation.half = physics::half_amplitude_from(entry.at("a_50"));
     evaluation.search = search_from(entry.at("escape_search"));

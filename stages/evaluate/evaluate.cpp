@@ -286,6 +286,7 @@ void report(const Evaluations& all, std::initializer_list<const Trials*> trials,
   }
   run.metric("controls_ok", all.valid());
   run.metric("held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly));
+  run.metric("starts_within_1_mm", all.starts_within_1_mm());
   run.metric("simulated_steps", steps);
   run.metric("self_check_trials", all.self_check.trials);
   run.metric("self_check_half_step", all.self_check.half_step);
@@ -330,6 +331,11 @@ const DirectionResult* Evaluation::worst() const {
   if (outcome != Outcome::held && outcome != Outcome::lost) return nullptr;
   const auto found = std::ranges::max_element(directions, worse);
   return found == directions.end() ? nullptr : &*found;
+}
+
+int Evaluations::starts_within_1_mm() const {
+  return static_cast<int>(
+      std::ranges::count_if(list, [](const Evaluation& one) { return one.start_penetration_m < 1e-3; }));
 }
 
 int Evaluations::count(Outcome outcome) const {

@@ -86,6 +86,7 @@ struct Evaluations {
   std::vector<physics::Recording> recordings;  ///< all pushes of the first grasps that were simulated
 
   int count(Outcome outcome) const;
+  int starts_within_1_mm() const;  ///< grasps whose hand starts less deep in the object
   bool valid() const { return std::ranges::all_of(controls, &physics::Control::ok); }
 };
 
@@ -99,7 +100,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 9, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 10, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);

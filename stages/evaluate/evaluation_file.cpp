@@ -179,6 +179,7 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                      {"margin_draws", all.params.margin_draws},
                      {"seed", all.params.seed},
                      {"counts", counts_json(all.list)},
+                     {"starts_within_1_mm", all.starts_within_1_mm()},
                      {"held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly)},
                      {"controls", physics::to_json(all.controls)},
                      {"valid", all.valid()},

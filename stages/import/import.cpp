@@ -115,7 +115,8 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, pipeline
   if (params.cluster_by == "shape" && cloud.sensor_origins.size() == 1) sight = sight_of(cloud);
   std::vector<std::vector<int>> parts;
   int doubtful = 0;
-  for (const auto& cluster : clusters_of(cloud, standing, params.cluster_gap_m, params.cluster_points)) {
+  const double gap_m = sight ? std::max(params.cluster_gap_m, most_gap_m) : params.cluster_gap_m;
+  for (const auto& cluster : clusters_of(cloud, standing, gap_m, params.cluster_points)) {
     Parts pieces{{cluster}};
     if (sight)
       pieces = parts_by_shape(cloud, *sight, cluster, table,
@@ -124,6 +125,8 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, pipeline
     doubtful += pieces.doubtful;
   }
   if (sight) run.metric("doubtful", doubtful);
+  std::erase_if(parts,
+                [&](const auto& part) { return static_cast<int>(part.size()) < params.cluster_points; });
   std::sort(parts.begin(), parts.end(),
             [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
   std::vector<Scene::Object> objects;

@@ -27,7 +27,7 @@ struct ImportParams {
   double patch_m = 0.02;
   double concavity_deg = 20;
   int part_points = 600;
-  double one_thing = 0.25;
+  double one_thing = 0.5;
   std::uint64_t seed = 1;
   void visit(pipeline::Fields& f);
 };
@@ -60,8 +60,8 @@ geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run
                                   const geometry::SourceFile& file);
 
 inline constexpr pipeline::Stage import_mesh_stage{"import", 4, &import_mesh, 1.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 8, &import_cloud, 1.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 9, &import_cloud, 1.0};
 inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 7, &find_scene, 1.0};
+inline constexpr pipeline::Stage scene_stage{"scene", 8, &find_scene, 1.0};
 
 }  // namespace geocage::stages

@@ -6,6 +6,7 @@
 
 #include "geometry/depth_camera.h"
 #include "geometry/median.h"
+#include "stages/import/boxed.h"
 #include "stages/import/multicut.h"
 #include "stages/import/turned.h"
 
@@ -67,6 +68,17 @@ std::vector<double> outline_of(const std::vector<Vec3>& points, const std::vecto
 std::vector<double> farther(std::vector<double> one, const std::vector<double>& other) {
   for (std::size_t k = 0; k < one.size(); ++k) one[k] = std::max(one[k], other[k]);
   return one;
+}
+
+/// Least and largest width of an outline along the table.
+std::pair<double, double> widths_of(const std::vector<double>& outline) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (std::size_t k = 0; k < outline.size() / 2; ++k) {
+    const double wide = outline[k] + outline[k + outline.size() / 2];
+    least = std::min(least, wide);
+    most = std::max(most, wide);
+  }
+  return {least, most};
 }
 
 double share_inside(const std::vector<double>& outline, const std::vector<Vec3>& directions,
@@ -174,6 +186,7 @@ PartGraph::Part PartGraph::part_of(const std::vector<int>& members) const {
   const Turned turned = turned_about(part.seen, table_);
   part.turned_m = turned.off_m;
   part.axis_m = turned.axis_m;
+  part.boxed_m = boxed_off_m(part.seen, table_);
   return part;
 }
 
@@ -237,6 +250,19 @@ PartGraph::Seam PartGraph::seam_of(const Pair& pair) const {
   return seam;
 }
 
+/// What share of all near points that a part has with others the contact has.
+double PartGraph::hold_of(int name, const Contact& contact) const {
+  std::size_t all = 0;
+  for (const auto& [pair, other] : contacts_)
+    if (pair.first == name || pair.second == name) all += other.of_first.size();
+  return static_cast<double>(contact.of_first.size()) / static_cast<double>(std::max<std::size_t>(1, all));
+}
+
+/// Of a plane from the table; 0 of what has none.
+double PartGraph::lean_of(const Vec3& normal) const {
+  return normal.isZero() ? 0 : std::acos(std::clamp(std::abs(normal.dot(table_.normal)), 0.0, 1.0));
+}
+
 /// Lean and unevenness of what carries another part: points near to where they touch, walls below left out.
 std::pair<double, double> PartGraph::carrier(const Part& under, const Points& touching,
                                              double height_m) const {
@@ -286,6 +312,9 @@ Evidence PartGraph::evidence(const Pair& pair) const {
   Points both = a.seen;
   both.insert(both.end(), b.seen.begin(), b.seen.end());
   const Vec3 way = b.middle - a.middle;
+  const Flat flat_both = flat_of(both);
+  const auto [shortest_m, longest_m] = widths_of(farther(a.foot, b.foot));
+  const double normals_rad = std::acos(std::clamp(a.normal.dot(b.normal), -1.0, 1.0));
   return {
       // of the space between the two: sight.h
       {"empty", sight_.emptiness_between(a.seen, b.seen, clear_m)},
@@ -351,6 +380,26 @@ Evidence PartGraph::evidence(const Pair& pair) const {
       {"axes_apart_m", std::min(far_m, (a.axis_m - b.axis_m).norm())},
       {"turned_a_m", a.turned_m},
       {"turned_b_m", b.turned_m},
+      // what share of all that touches a is b
+      {"hold_a", hold_of(turned ? pair.second : pair.first, contact)},
+      {"hold_b", hold_of(turned ? pair.first : pair.second, contact)},
+      // of the planes through the points, from the table
+      {"lean_a_rad", lean_of(a.normal)},
+      {"lean_b_rad", lean_of(b.normal)},
+      {"lean_both_rad", lean_of(flat_both.normal)},
+      // between the planes; negative where they are hollow
+      {"normals_rad", (b.normal - a.normal).dot(way) < 0 ? -normals_rad : normals_rad},
+      {"flat_both_m", flat_both.off_m},
+      // boxed.h
+      {"boxed_both_m", boxed_off_m(both, table_)},
+      {"boxed_a_m", a.boxed_m},
+      {"boxed_b_m", b.boxed_m},
+      // of the space between the two, behind something else
+      {"hidden", sight_.hidden_between(a.seen, b.seen, a.front, b.front, clear_m)},
+      // extents of the two as one
+      {"tall_both_m", std::max(a.high_m, b.high_m) - std::min(a.low_m, b.low_m)},
+      {"long_both_m", longest_m},
+      {"slim_both_m", shortest_m},
   };
 }
 

@@ -54,6 +54,7 @@ class PartGraph {
     Sight::Front front;
     double turned_m;  ///< see Turned
     Eigen::Vector2d axis_m;
+    double boxed_m;  ///< boxed.h
     double share_of(double height_m) const;
   };
   /// Where two parts touch: near points of both, by pairs; else how far they are from each other.
@@ -74,6 +75,8 @@ class PartGraph {
   void find_contacts();
   Touch touch_of(const Contact& contact) const;
   Seam seam_of(const Pair& pair) const;
+  double hold_of(int name, const Contact& contact) const;
+  double lean_of(const geometry::Vec3& normal) const;
   std::pair<double, double> carrier(const Part& under, const Points& touching, double height_m) const;
 
   const geometry::PointCloud& cloud_;

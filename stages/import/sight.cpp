@@ -10,6 +10,22 @@ using geometry::Vec3;
 namespace {
 constexpr double cell_rad = 0.0025;  // 2 mm at 0.8 m: a pixel and a half of a Kinect
 constexpr int most_cells = 2000;
+
+/// Middles between points of two things: 400 pairs, drawn evenly.
+std::vector<Vec3> middles_between(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  constexpr int pairs = 400;
+  std::vector<Vec3> middles;
+  middles.reserve(pairs);
+  for (int k = 0; k < pairs; ++k) {
+    // Two additive sequences of the plastic number fill the square of pairs evenly (Roberts 2018).
+    const double s = std::fmod(0.5 + k * 0.7548776662466927, 1),
+                 t = std::fmod(0.5 + k * 0.5698402909980532, 1);
+    middles.emplace_back((a[static_cast<std::size_t>(s * static_cast<double>(a.size()))] +
+                          b[static_cast<std::size_t>(t * static_cast<double>(b.size()))]) /
+                         2);
+  }
+  return middles;
+}
 }  // namespace
 
 Sight::Sight(const std::vector<Vec3>& points) {
@@ -118,17 +134,24 @@ bool Sight::empty(const Vec3& p, double behind_m) const {
 
 double Sight::emptiness_between(const std::vector<Vec3>& a, const std::vector<Vec3>& b,
                                 double behind_m) const {
-  constexpr int pairs = 400;
-  int empty_ones = 0;
-  for (int k = 0; k < pairs; ++k) {
-    // Two additive sequences of the plastic number fill the square of pairs evenly (Roberts 2018).
-    const double s = std::fmod(0.5 + k * 0.7548776662466927, 1),
-                 t = std::fmod(0.5 + k * 0.5698402909980532, 1);
-    const Vec3& p = a[static_cast<std::size_t>(s * static_cast<double>(a.size()))];
-    const Vec3& q = b[static_cast<std::size_t>(t * static_cast<double>(b.size()))];
-    empty_ones += empty((p + q) / 2, behind_m);
-  }
-  return static_cast<double>(empty_ones) / pairs;
+  const auto middles = middles_between(a, b);
+  const auto count =
+      std::count_if(middles.begin(), middles.end(), [&](const Vec3& p) { return empty(p, behind_m); });
+  return static_cast<double>(count) / static_cast<double>(middles.size());
+}
+
+double Sight::hidden_between(const std::vector<Vec3>& a, const std::vector<Vec3>& b, const Front& front_a,
+                             const Front& front_b, double behind_m) const {
+  const auto middles = middles_between(a, b);
+  const auto count = std::count_if(middles.begin(), middles.end(), [&](const Vec3& p) {
+    const auto [x, y] = cell_of(p);
+    if (x < 0 || y < 0) return false;
+    const float nearest = nearest_m_[static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_[0]) +
+                                     static_cast<std::size_t>(x)];
+    return nearest > 0 && nearest < p.norm() - behind_m && hidden_behind({p}, front_a, behind_m) == 0 &&
+           hidden_behind({p}, front_b, behind_m) == 0;
+  });
+  return static_cast<double>(count) / static_cast<double>(middles.size());
 }
 
 Sight sight_of(const geometry::PointCloud& cloud) {

@@ -28,6 +28,10 @@ class Sight {
     std::vector<float> nearest_m;          ///< row by row; 0 where there is none
   };
   Front front_of(const std::vector<geometry::Vec3>& points) const;
+  /// How much of the space between two things can't be seen for something else before it: the share of the
+  /// same middles that lie `behind_m` behind what was seen there, but not behind one of the two.
+  double hidden_between(const std::vector<geometry::Vec3>& a, const std::vector<geometry::Vec3>& b,
+                        const Front& front_a, const Front& front_b, double behind_m) const;
   /// How many points of `things` are seen right beside a nearer one, by `step_m`, of the front.
   int hidden_behind(const std::vector<geometry::Vec3>& things, const Front& front, double step_m) const;
 

@@ -3,6 +3,7 @@
 
 #include "physics/back_off.h"
 #include "physics/cage_trial.h"
+#include "physics/compliant_trial.h"
 #include "physics/escape_search.h"
 #include "physics/survival.h"
 #include <gtest/gtest.h>
@@ -130,6 +131,70 @@ TEST(Cage, falls_freely_as_symplectic_euler_does) {
   CageWorld world(engine, ring(), 0, {}, Pose::Identity(), 0);
   for (int i = 0; i < 240; ++i) world.step(Vec3(0, 0, -mass * 10), Vec3::Zero());
   EXPECT_NEAR(world.X_WB().translation().z(), -5 * (1 + engine.dt_s), 1e-9);
+}
+
+/// A "hand" without joints.
+hands::Hand fixed_hand(const std::vector<PlacedCapsule>& capsules) {
+  std::vector<hands::Capsule> on_base;
+  for (const PlacedCapsule& one : capsules) on_base.push_back({0, one.a, one.b, one.radius_m});
+  return rigid_hand(on_base);
+}
+
+// A hand that can't give way answers as the locked one does, in the other world, with the other solver.
+TEST(Compliance, without_joints_is_the_locked_hand) {
+  const CageProtocol protocol;
+  for (const bool stops : {true, false})
+    for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+      const CageTrial locked = pull_trial(protocol, ring(), around_ring(stops), way, 0);
+      const CageTrial compliant =
+          compliant_pull(protocol, ring(), R + r, fixed_hand(bar(stops)), {Pose::Identity(), {}, 0}, way, 0);
+      EXPECT_EQ(compliant.outcome, locked.outcome) << stops << " " << way.transpose();
+    }
+}
+
+// The jaws of a gripper, driven by one motor of F = 20 N, hold a box between them against 1 N along the way
+// they close, and are pushed open by 200 N.
+TEST(Compliance, jaws_give_way_to_more_than_their_motors_force) {
+  const hands::Hand gripper = hands::load_hand("parallel_2f");
+  const Vec3 half = Vec3::Constant(0.0125);
+  const auto field =
+      filled(Vec3::Constant(0.05), 0.001, [&](const Vec3& p) { return box_distance(p, half); });
+  Pose X_OH = Pose::Identity();
+  X_OH.translation().z() = -(0.112 + 0.01875);  // the middle of its pads
+  const Posture posture = posture_at(gripper, field, X_OH, Eigen::VectorXd::Constant(1, 0.0427 - half.y()));
+  const auto moved = [&](double mass_kg) {
+    return compliant_pull({}, box_body(field, half, mass_kg), half.norm(), gripper, posture, Vec3::UnitY(), 0)
+        .max_displacement_m;
+  };
+  EXPECT_LT(moved(0.1), 1e-3);
+  EXPECT_GT(moved(20), 5e-3);
+}
+
+// Raised by 5 cm, then carried down to 20 cm below the start and 10 cm along x.
+TEST(Escape, rises_are_the_highest_point_against_each_gravity) {
+  const std::vector<Pose> path = {Pose::Identity(), Pose(Eigen::Translation3d(0, 0, 0.05)),
+                                  Pose(Eigen::Translation3d(0.1, 0, -0.2))};
+  const std::vector<double> expected = {0, 0.1, 0, 0, 0.2, 0.05};  // gravity along +x -x +y -y +z -z
+  const auto rises = rises_m(path, Vec3::Zero());
+  ASSERT_EQ(rises.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(rises[i], expected[i], 1e-15) << i;
+}
+
+// Searches of several seeds count their finds, and keep the lowest rise of each gravity.
+TEST(Escape, searches_of_several_seeds_are_one) {
+  const EscapeTest open = around_ring(false);
+  std::vector<EscapeSearch> searches;
+  for (std::uint64_t seed = 0; seed < 3; ++seed)
+    searches.push_back(search_escape(ring_field(), open, {.samples = 200}, seed));
+  const EscapeSearch all = merged(searches);
+  EXPECT_EQ(all.seeds, 3);
+  EXPECT_EQ(all.found, 3);
+  EXPECT_EQ(all.path_m, searches[0].path_m);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(all.rise_m[i], std::min({searches[0].rise_m[i], searches[1].rise_m[i], searches[2].rise_m[i]}));
+  searches[0] = search_escape(ring_field(), around_ring(true), {.samples = 200}, 0);
+  EXPECT_EQ(merged(searches).found, 2);
+  EXPECT_EQ(merged(searches).result, EscapeSearch::Result::found);
 }
 
 // With damping the speed tends to g dt / (exp(dt / tau) - 1), just before it is damped: the fixed point of

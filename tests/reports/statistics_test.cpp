@@ -42,5 +42,14 @@ TEST(Wilson, WithoutTrialsNothingIsKnown) {
   EXPECT_EQ(p.high, 1);
 }
 
+// By hand: 2 / 2^5; 2 (1 + 12 + 66) / 2^12; an even split tells nothing.
+TEST(McNemar, IsTheExactBinomialTest) {
+  EXPECT_DOUBLE_EQ(mcnemar(0, 5), 0.0625);
+  EXPECT_NEAR(mcnemar(10, 2), 2 * 79 / 4096.0, 1e-15);
+  EXPECT_EQ(mcnemar(2, 10), mcnemar(10, 2));
+  EXPECT_EQ(mcnemar(3, 3), 1);
+  EXPECT_EQ(mcnemar(0, 0), 1);
+}
+
 }  // namespace
 }  // namespace geocage::reports

@@ -29,11 +29,11 @@ export interface Approach extends Motion {
 }
 export interface Evaluation {
   outcome: string; reason: string; drift_m?: number | null; drift_rad?: number | null; directions: Direction[];
-  start_penetration_m?: number; max_penetration_m?: number; ring?: Direction[];
+  start_penetration_m?: number; max_penetration_m?: number; ring?: Direction[]; compliant?: Direction[];
   wrenches?: { amplitude_weights: number; trials: number; lost: number; errors?: number; survival?: number; mean_held_s?: number; curve_s_share?: [number, number][] }[];
   summary?: { pushes: number; held: number; held_share: number; held_within_2_cm: number; worst: string | null; fall_s: number | null };
   a_50?: { is: string; weights: number } | null;
-  escape_search?: { result: string; [key: string]: unknown };
+  escape_search?: { result: string; found?: number; seeds?: number; rise_m?: number[]; [key: string]: unknown };
 }
 /** A trial as it went, from geocage-recording 1; a list of one row never changes. Poses are x y z, qw qx qy qz in the world W. */
 export interface Recording {

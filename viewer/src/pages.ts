@@ -242,13 +242,15 @@ function graspFacts(grasp: Grasp, index: number, details: Details, weight: strin
     section('Why', story(grasp, index, details, weight)),
     h('div', { class: 'columns' }, ...[pushes('Pushes of the force test', grasp.evaluation?.directions, 'The closing hand holds with friction; the object is pushed along each axis of its own frame.'),
       pushes('Pulls of the cage test', cage?.directions, 'Fingers locked, no friction: gravity along each axis.'),
+      pushes('Pulls with motors', cage?.compliant, 'The same without friction, with motors that give way in place of locked fingers.'),
       pushes('Ring test', cage?.ring, 'Gravity across the closing axis, with motion along that axis locked.')],
     cage?.wrenches?.length ? section('Random wrenches', table(['weights', 'trials', 'lost', 'survival', 'mean held'], cage.wrenches.map((one) => [
       num('amplitude_weights', one.amplitude_weights), num('trials', one.trials), num('lost', one.lost), num('survival', one.survival), num('mean_held_s', one.mean_held_s)]), 'random wrenches'),
     cage.a_50 ? h('p', {}, 'Half are still held at the end at ', cage.a_50.is === 'at' ? null : h('b', {}, `${cage.a_50.is} `), num('a_50', cage.a_50.weights), ' weights',
       cage.a_50.is === 'at' ? ' (on the line between two amplitudes).' : ', the outermost amplitude tested.') : null,
     survivalPlot(cage.wrenches, details.cage?.engine?.wrench_s),
-    h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`)) : null),
+    h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`,
+      cage.escape_search?.rise_m?.length ? [' ', num('found', cage.escape_search.found), ' of ', num('seeds', cage.escape_search.seeds), ' searches found one; against the kindest gravity the centre of mass rises by at most ', num('rise_m', Math.min(...cage.escape_search.rise_m)), ' on it.'] : null)) : null),
     Object.keys(grasp.scores).length === 0 ? null : section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
     !details.evaluation && !details.cage ? null : section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),
   ];

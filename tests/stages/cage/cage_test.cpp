@@ -57,7 +57,8 @@ hands::GraspSet grasps(bool closed, double height_m = 0.06) {
 
 CageParams quick() {
   CageParams params;
-  params.wrench_seeds = 2, params.search_samples = 300, params.control_grasps = 1;
+  params.wrench_amplitudes = {0.5, 5}, params.wrench_seeds = params.search_seeds = 2,
+  params.search_samples = 300, params.control_grasps = 1;
   return params;
 }
 
@@ -90,6 +91,11 @@ TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
   EXPECT_EQ(open.list[0].outcome, Outcome::lost) << open.list[0].reason;
   EXPECT_EQ(open.list[0].search.result, physics::EscapeSearch::Result::found);
   for (const CageWrench& wrench : open.list[0].wrenches) EXPECT_EQ(wrench.lost, wrench.trials);
+  // Motors hold the ball as the locked fingers do.
+  ASSERT_EQ(closed.list[0].compliant.size(), 6u);
+  EXPECT_EQ(CageEvaluation::held(closed.list[0].compliant), 6);
+  EXPECT_EQ(open.list[0].search.found, 2);
+  EXPECT_EQ(open.list[0].search.rise_m.size(), 6u);
   ASSERT_TRUE(open.list[0].half && closed.list[0].half);
   EXPECT_EQ(open.list[0].half->text(), "below 0.5");
 }

@@ -2,10 +2,10 @@
 // train_joins.py:
 //   build/release/table_study --set training --keep FOLDER [--objects DIR]
 //   build/release/part_pairs FOLDER training PAIRS.csv
-// Pairs of the parts as they come, and again when one of the two has taken another up: where joins are right,
-// and where they are import's with odds that chance has changed (--runs, --noise), so that trees learn to go
-// on from mistakes. Says at last in how many scenes right joins alone make an object of each thing: the best
-// that joins can do.
+// Pairs of the parts as they come, and again when one of the two has taken another up, while joins are
+// import's with odds that chance and the truth have changed (--runs, --noise, --truth): mostly right ones,
+// and mistakes from which trees learn to go on. Says at last in how many scenes right joins alone make an
+// object of each thing: the best that joins can do.
 #include <fstream>
 #include <optional>
 #include <random>
@@ -53,7 +53,9 @@ class Teller {
   Teller(std::ostream& out, std::string scene, const geometry::PointCloud& cloud)
       : out_(out), scene_(std::move(scene)), cloud_(cloud) {}
 
-  void tell(const PartGraph& graph, const PartGraph::Pair& pair, const stages::Evidence& evidence) {
+  /// Tells whether the two are one thing, where both are of one alone.
+  std::optional<bool> tell(const PartGraph& graph, const PartGraph::Pair& pair,
+                           const stages::Evidence& evidence) {
     constexpr double least_share = 0.75;
     if (out_.tellp() == 0) {
       fmt::print(out_, "scene,one,smaller,larger");
@@ -65,11 +67,12 @@ class Teller {
       size_ = graph.sizes();
     }
     const Thing &a = thing_.at(pair.first), &b = thing_.at(pair.second);
-    if (std::min(a.share, b.share) < least_share) return;
+    if (std::min(a.share, b.share) < least_share) return std::nullopt;
     const auto [smaller, larger] = std::minmax(size_.at(pair.first), size_.at(pair.second));
     fmt::print(out_, "{},{},{},{}", scene_, static_cast<int>(a.label == b.label), smaller, larger);
     for (const auto& clue : evidence) fmt::print(out_, ",{:.5g}", clue.value);
     fmt::print(out_, "\n");
+    return a.label == b.label;
   }
   /// Parts have changed.
   void changed() { thing_.clear(); }
@@ -95,17 +98,17 @@ void join_rightly(PartGraph& graph, const geometry::PointCloud& cloud) {
   }
 }
 
-/// Joins as import does, with odds that chance has multiplied: states that its mistakes lead to. Each pair is
-/// told when it is asked for, first and whenever one of the two has changed.
-void join_as_import(PartGraph& graph, const stages::PartRule& rule, double noise, std::uint64_t seed,
-                    Teller& teller) {
+/// Joins as import does, with odds that chance and the truth have multiplied: states that its mistakes lead
+/// to. Each pair is told when it is asked for, first and whenever one of the two has changed.
+void join_as_import(PartGraph& graph, const stages::PartRule& rule, double noise, double truth,
+                    std::uint64_t seed, Teller& teller) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal(0, noise);
   const auto probability = [&](const PartGraph& parts, const PartGraph::Pair& pair) {
     const auto evidence = parts.evidence(pair);
-    teller.tell(parts, pair, evidence);
-    const double p = stages::probability_of_one(evidence);
-    return 1 / (1 + (1 - p) / p * std::exp(normal(engine)));
+    const auto one = teller.tell(parts, pair, evidence);
+    const double p = stages::probability_of_one(evidence), known = one ? (*one ? truth : -truth) : 0;
+    return 1 / (1 + (1 - p) / p * std::exp(normal(engine) - known));
   };
   stages::join_likely(graph, rule, {probability, [&](int) { teller.changed(); }});
 }
@@ -123,11 +126,12 @@ int main(int argc, char** argv) {
   app.add_option("--patch_m", params.patch_m, "import.patch_m");
   app.add_option("--concavity_deg", params.concavity_deg, "import.concavity_deg");
   app.add_option("--part_points", params.part_points, "import.part_points");
-  app.add_option("--cluster_gap_m", params.cluster_gap_m, "import.cluster_gap_m");
   int runs = 1;
-  double noise = 1;
+  double noise = 1.5;
   app.add_option("--runs", runs, "how often to join as import does; with 0 only the bound is told");
   app.add_option("--noise", noise, "deviation of the logarithm of the odds there");
+  double truth = 1;
+  app.add_option("--truth", truth, "what the truth adds to or takes from that logarithm");
   CLI11_PARSE(app, argc, argv);
   std::ofstream out(file);
   std::vector<fs::path> scenes;
@@ -142,13 +146,14 @@ int main(int argc, char** argv) {
     const auto sight = stages::sight_of(scene.cloud);
     const auto standing = stages::standing_on(scene.cloud, table, params.above_min_m, params.above_max_m);
     for (const auto& cluster :
-         stages::clusters_of(scene.cloud, standing, params.cluster_gap_m, params.cluster_points)) {
+         stages::clusters_of(scene.cloud, standing, std::max(params.cluster_gap_m, stages::most_gap_m),
+                             params.cluster_points)) {
       const stages::PartRule rule{params.patch_m, params.concavity_deg, params.part_points, params.one_thing};
       const PartGraph start(scene.cloud, sight, cluster, table.plane, rule);
       for (int k = 0; k < runs; ++k) {
         PartGraph graph = start;
         Teller teller(out, path.stem().string(), scene.cloud);
-        join_as_import(graph, rule, noise, static_cast<std::uint64_t>(k), teller);
+        join_as_import(graph, rule, noise, truth, static_cast<std::uint64_t>(k), teller);
       }
       PartGraph graph = start;
       join_rightly(graph, scene.cloud);

@@ -1,6 +1,6 @@
 // How often the things of a table scene become one object each:
 //   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied [--objects DIR]
-//   [--rule gap] [--rule shape] [--one_thing 0.25] [--part_points 600]
+//   [--rule gap] [--rule shape] [--one_thing 0.5] [--part_points 600]
 //   [--keep FOLDER [--write]] [--scene NAME]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>

@@ -8,11 +8,11 @@ import csv
 import sys
 
 import numpy as np
-from sklearn.ensemble import GradientBoostingClassifier
+from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.metrics import roc_auc_score
 from sklearn.model_selection import GroupShuffleSplit
 
-TREES, DEPTH, RATE = 200, 3, 0.1
+TREES, DEPTH, RATE = 300, 4, 0.1
 
 
 def read(paths):
@@ -20,11 +20,13 @@ def read(paths):
     for path in paths:
         with open(path) as file:
             table = csv.reader(file)
-            names = next(table)[4:]
+            header = next(table)[4:]
+            assert names in (None, header), f"{path} has other clues"
+            names = header
             rows += list(table)
     data = np.array([[float(v) for v in row[1:]] for row in rows])
     scenes = np.array([row[0].rsplit("-", 1)[0] for row in rows])
-    x, one = data[:, 3:].astype(np.float32), data[:, 0].astype(int)  # as the trees read them
+    x, one = data[:, 3:], data[:, 0].astype(int)
     # A wrong join of large parts costs a thing, of crumbs nothing; each scene counts alike.
     weight = np.clip(data[:, 1] / 600, 0.05, 1)
     _, scene, = np.unique(scenes, return_inverse=True)
@@ -33,24 +35,26 @@ def read(paths):
 
 
 def model(trees=TREES, depth=DEPTH):
-    return GradientBoostingClassifier(n_estimators=trees, max_depth=depth, learning_rate=RATE, subsample=0.7,
-                                      min_samples_leaf=20, max_features=0.5, random_state=1)
+    return HistGradientBoostingClassifier(max_iter=trees, max_depth=depth, max_leaf_nodes=None, learning_rate=RATE,
+                                          min_samples_leaf=80, l2_regularization=5, early_stopping=False,
+                                          random_state=1)
 
 
-def complete(tree):
+def complete(nodes):
     """Features, thresholds and leaves of a tree, padded to its full depth."""
     feature, threshold, leaf = [0] * (2 ** DEPTH - 1), [0.0] * (2 ** DEPTH - 1), [0.0] * 2 ** DEPTH
 
     def fill(node, at):
         if at >= 2 ** DEPTH - 1:
-            leaf[at - 2 ** DEPTH + 1] = tree.value[node, 0, 0]
-        elif tree.children_left[node] < 0:
+            leaf[at - 2 ** DEPTH + 1] = nodes[node]["value"]
+        elif nodes[node]["is_leaf"]:
             fill(node, 2 * at + 1)
             fill(node, 2 * at + 2)
         else:
-            feature[at], threshold[at] = tree.feature[node], tree.threshold[node]
-            fill(tree.children_left[node], 2 * at + 1)
-            fill(tree.children_right[node], 2 * at + 2)
+            feature[at] = int(nodes[node]["feature_idx"])
+            threshold[at] = float(f"{nodes[node]['num_threshold']:.7g}")  # midpoints of numbers of five digits
+            fill(nodes[node]["left"], 2 * at + 1)
+            fill(nodes[node]["right"], 2 * at + 2)
 
     fill(0, 0)
     return feature, threshold, leaf
@@ -78,11 +82,8 @@ def main():
         choose(x, one, weight, scenes)
         return
     m = model().fit(x, one, sample_weight=weight)
-    for k in np.argsort(-m.feature_importances_):
-        print(f"{names[k]:14s} {m.feature_importances_[k]:.3f}", file=sys.stderr)
-    start = m.init_.class_prior_[1]
-    start = np.log(start / (1 - start))
-    trees = [complete(tree.tree_) for (tree,) in m.estimators_]
+    start = float(m._baseline_prediction.ravel()[0])  # scikit-learn has no public way to its trees
+    trees = [complete(tree.nodes) for (tree,) in m._predictors]
     check(m, trees, start, x)
     print("// Made by tests/stages/import/train_joins.py of pairs that part_pairs wrote; not by hand.")
     print("// clang-format off\nconstexpr std::string_view clues[] = {")
@@ -91,7 +92,7 @@ def main():
     print(f"}};\nconstexpr int splits = {2 ** DEPTH - 1};\nusing Tree = TreeOf<splits>;")
     print(f"constexpr double start = {start:.5g};\nconstexpr Tree trees[] = {{")
     for feature, threshold, leaf in trees:
-        rows = (map(str, feature), (f"{t:.5g}" for t in threshold), (f"{RATE * v:.3g}" for v in leaf))
+        rows = (map(str, feature), (f"{t:.7g}" for t in threshold), (f"{v:.3g}" for v in leaf))
         print("    {%s}," % ", ".join("{%s}" % ", ".join(row) for row in rows))
     print("};\n// clang-format on")
 
@@ -105,7 +106,7 @@ def check(m, trees, start, x):
         for _ in range(DEPTH):
             low = x[rows, np.array(feature)[at]] <= np.array(threshold)[at]
             at = 2 * at + np.where(low, 1, 2)
-        odds += RATE * np.array(leaf)[at - len(feature)]
+        odds += np.array(leaf)[at - len(feature)]
     assert np.abs(odds - m.decision_function(x)).max() < 1e-3
 
 
