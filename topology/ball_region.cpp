@@ -23,16 +23,16 @@ void Patches::next(std::vector<int>& sources) {
   int reached = 1;
   for (int head = 0; head < reached && head < farthest_seen && sources.size() < lanes;) {
     const int ring = head, end = reached;
-    int links = spare_links;
+    std::size_t links = spare_links;
     for (; head < end && head < farthest_seen && sources.size() < lanes; ++head) {
       const int v = queue_[head];
-      links += mesh_.link_start[v + 1] - mesh_.link_start[v];
+      links += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
       if (given_[v]) continue;
       given_[v] = 1;
       sources.push_back(v);
     }
     if (head < end) break;
-    queue_.resize(static_cast<std::size_t>(reached + links));
+    queue_.resize(static_cast<std::size_t>(reached) + links);
     reached = grow_ring(input, queue_.data(), slot_.data(), ring, end, reached);
   }
   for (int i = 0; i < reached; ++i) slot_[queue_[i]] = 0;

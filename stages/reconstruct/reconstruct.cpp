@@ -32,6 +32,8 @@ void ReconstructParams::visit(pipeline::Fields& f) {
     "points that Poisson wants in a cell; more of them smooth noise");
   f("close_unseen", close_unseen,
     "end the surface at the table and behind a single view instead of letting it balloon");
+  f("open_cavities", open_cavities,
+    "of several views: what rays passed over a rim stays open, down to where none went");
   f("unseen_step_m", unseen_step_m, {0.0005, 0.1},
     "distance of the points that end it there, at least 1/200 of the cloud's diagonal");
   f("observed_m", observed_m, {0.0001, 0.1},
@@ -161,7 +163,8 @@ TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run, co
   const double step_m = std::max(params.unseen_step_m, diagonal_of(cloud.points) / 200);
   PointCloud seen = cloud;
   const ThickenedWalls walls = thicken_walls(seen, params.wall_m);
-  const PointCloud points = params.close_unseen ? closed_where_unseen(seen, step_m) : seen;
+  const PointCloud points =
+      params.close_unseen ? closed_where_unseen(seen, step_m, params.open_cavities) : seen;
 
   Attempt made;
   std::string failures;

@@ -10,6 +10,7 @@ struct ReconstructParams {
   int depth = 6;
   double samples_per_node = 4;
   bool close_unseen = true;
+  bool open_cavities = false;
   double unseen_step_m = 0.003;
   double observed_m = 0.004;
   double wall_m = 0.005;

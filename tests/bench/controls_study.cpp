@@ -2,7 +2,8 @@
 // of a folder, tested on the true mesh with the hand 1 m away and with open fingers, in both tests, and with
 // random fingers; and the cages that are known, once:
 //   controls_study FOLDER [--noise M] [--seeds N] [--grasps N] [--hand NAME] [--only a,b] [--wrenches N]
-// --wrenches: seeds of the random wrenches of 1 and of 5 weights; a tenth as many random fingers a grasp.
+// --wrenches: seeds of the random wrenches of 0.5, 1, 2 and 5 weights; a tenth as many random fingers a
+// grasp.
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -52,7 +53,7 @@ struct Scene {
       outcomes.push_back(physics::pull_trial(locked.protocol, body, locked.escape, way.axis_O, 0).outcome);
     controls.count(pulls, outcomes);
     outcomes.clear();
-    for (const double amplitude : {1.0, 5.0})
+    for (const double amplitude : {0.5, 1.0, 2.0, 5.0})
       for (int seed = 0; seed < seeds; ++seed)
         outcomes.push_back(physics::wrench_trial(locked.protocol, body, locked.escape, amplitude,
                                                  static_cast<std::uint64_t>(seed))

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
@@ -234,6 +235,45 @@ void expect_same(const BallFields& x, std::size_t v, const BallFields& y, std::s
   EXPECT_EQ(x.euler[v], y.euler[w]);
   if (std::isnan(x.winding_angle_rad[v])) return;
   EXPECT_NEAR(x.winding_angle_rad[v], y.winding_angle_rad[w], 1e-10);
+}
+
+// Gauss and Bonnet: the curvature of a ball's inner vertices and the turning of its border, pi a border edge
+// less the angles on the ball's side, add up to 2 pi times its Euler number, 2 pi for a disc. A few hundred
+// angles, each rounded at 2^-52: 1e-11.
+TEST(Balls, CurvatureAndTurningOfTheBorderAddUpToTheEulerNumber) {
+  auto torus = datasets::torus(1, 0.3, 50, 15);
+  for (Vec3& p : torus.vertices) p *= 1 + 0.1 * std::sin(5 * p.x() + 3 * p.y()) * std::cos(4 * p.z());
+  const auto defects = angle_defects_rad(torus);
+  for (const Metric metric : {Metric::hop, Metric::dijkstra}) {
+    int discs = 0;
+    const double r = 0.6;
+    const auto fields = balls_of(torus, r, metric);
+    for (int p = 0; p < static_cast<int>(torus.vertices.size()); p += 8) {
+      const Ball ball = section_of_ball(torus, p, r, metric);
+      std::map<std::pair<int, int>, int> edges;  // of the ball's triangles
+      std::map<int, double> angles;
+      for (int f : ball.triangles)
+        for (int i = 0; i < 3; ++i) {
+          const auto& t = torus.triangles[f];
+          const int a = t[i], b = t[(i + 1) % 3], c = t[(i + 2) % 3];
+          ++edges[std::minmax(a, b)];
+          const Vec3 to = torus.vertices[b] - torus.vertices[a],
+                     other = torus.vertices[c] - torus.vertices[a];
+          angles[a] += std::atan2(to.cross(other).norm(), to.dot(other));
+        }
+      std::map<int, int> border;  // border edges at a vertex
+      for (const auto& [edge, sides] : edges)
+        if (sides == 1)
+          for (const int v : {edge.first, edge.second}) ++border[v];
+      double inside = fields.curvature_sum_rad[p], turning = 0;
+      for (int v : ball.vertices)
+        if (border.count(v) || !angles.count(v)) inside -= defects[v];
+      for (const auto& [v, count] : border) turning += 2 * M_PI - angles[v] - M_PI * count / 2;
+      EXPECT_NEAR(inside + turning, 2 * M_PI * fields.euler[p], 1e-11) << p;
+      discs += fields.euler[p] == 1 && ball.boundary_loops == 1;
+    }
+    EXPECT_GT(discs, 40);
+  }
 }
 
 TEST(Balls, MovedAndScaledMeshesSayTheSame) {

@@ -8,7 +8,9 @@
 
 #include "datasets/shapes.h"
 #include "geometry/noise.h"
+#include "geometry/ray_scene.h"
 #include "geometry/repair.h"
+#include "geometry/surface_distance.h"
 #include "pipeline/error.h"
 #include "stages/reconstruct/handles.h"
 #include "stages/reconstruct/walls.h"
@@ -77,6 +79,50 @@ TEST(Reconstruct, WhatOneViewCannotSeeIsClosedAtTheTableAndBehind) {
   EXPECT_GT(report.volume_m3, 0.45 * ball);
   EXPECT_LT(report.volume_m3, 0.75 * ball);
   EXPECT_LT(run.metrics().at("observed_share"), 0.9);
+}
+
+/// What six sensors see, three from 40 degrees above and three from 40 degrees below; points 2 mm apart.
+PointCloud seen_from_six(const geometry::TriangleMesh& mesh, const Vec3& center) {
+  const geometry::RayScene scene(mesh, center);
+  PointCloud seen;
+  for (int v = 0; v < 6; ++v) {
+    const double azimuth = v * M_PI / 3, height = (v % 2 == 0 ? 1 : -1) * 40 * M_PI / 180;
+    const Vec3 away(std::cos(height) * std::cos(azimuth), std::cos(height) * std::sin(azimuth),
+                    std::sin(height));
+    seen.sensor_origins.emplace_back(center + 0.6 * away);
+    const Eigen::Matrix3d frame = geometry::frame_from_z(-away);
+    for (int i = -40; i <= 40; ++i)
+      for (int j = -40; j <= 40; ++j) {
+        const Vec3 along = (frame * Vec3(i * 0.002, j * 0.002, 0.6)).normalized();
+        const auto hit = scene.first_hit(seen.sensor_origins.back(), along);
+        if (!hit) continue;
+        seen.points.emplace_back(seen.sensor_origins.back() + hit->range_m * along);
+        seen.normals.push_back(hit->normal_O);
+        seen.view.push_back(v);
+      }
+  }
+  return seen;
+}
+
+// The cup's mouth is 68 mm wide, so rays that come over its rim at 40 degrees pass its axis 29 mm below the
+// rim, and none reaches its bottom, 94 mm below.
+TEST(Reconstruct, ACupIsOpenAsFarAsItWasLookedInto) {
+  const Vec3 rim(0, 0, 0.1);
+  const auto cloud = seen_from_six(datasets::cup(0.04, 0.1, 0.006, 96), rim / 2);
+  pipeline::Run run;
+  const auto mesh = reconstruct({.open_cavities = true}, run, cloud);
+  EXPECT_GT(run.metrics().at("points_added"), 100);
+  EXPECT_EQ(check_mesh(mesh).euler, 2);
+  const geometry::SurfaceDistance surface(mesh);
+  for (double below : {0.001, 0.01, 0.02}) EXPECT_FALSE(surface.inside(rim - Vec3(0, 0, below))) << below;
+  EXPECT_TRUE(surface.inside(rim - Vec3(0, 0, 0.06)));
+}
+
+TEST(Reconstruct, NothingIsAddedWhereAllWasSeen) {
+  pipeline::Run run;
+  const auto mesh = reconstruct({}, run, seen_from_six(datasets::torus(0.04, 0.012, 120, 40), Vec3::Zero()));
+  EXPECT_EQ(run.metrics().at("points_added"), 0);
+  EXPECT_EQ(check_mesh(mesh).euler, 0);
 }
 
 TEST(Reconstruct, SameBytesAgain) {
