@@ -18,7 +18,8 @@ namespace {
 
 constexpr int exit_configuration = 2, exit_store = 5, exit_bug = 70, exit_interrupted = 130;
 
-constexpr const char* decimate_text = "meshes of more than 10 million faces: reduce them to about so many";
+constexpr const char* decimate_text =
+    "meshes of more than 10 million faces: reduce them to about so many, and mend them";
 
 std::string farewell;  ///< made before it is needed: a handler of signals must not allocate
 

@@ -39,7 +39,7 @@ geometry::TriangleMesh closed_mesh(const fs::path& file, const std::string& unit
   stages::ImportParams params;
   params.unit = unit;
   params.decimate = decimate;
-  params.repair = "none";
+  params.repair = decimate > 0 ? "repair" : "none";  // collapses may leave edges of three triangles
   auto mesh = stages::import_mesh(params, run, geometry::SourceFile{file});
   const auto report = geometry::check_mesh(mesh);
   if (!report.closed_manifold())

@@ -116,6 +116,10 @@ void guard_pcd(const fs::path& file) {
     header[line.substr(0, space)] = space == std::string::npos ? "" : line.substr(space + 1);
   }
   if (!header.contains("DATA")) refuse_pcd(file, "its header has no DATA line: this is not a PCD file");
+  std::string& data = header["DATA"];
+  std::istringstream(data) >> data;  // without blanks around it
+  if (data != "ascii" && data != "binary" && data != "binary_compressed")
+    refuse_pcd(file, "its header names an unknown kind of data: '" + data.substr(0, 20) + "'");
   std::istringstream types(header["TYPE"]);
   for (std::string type; types >> type;)
     if (type != "F" && type != "I" && type != "U")

@@ -15,7 +15,7 @@ struct PlyCounts {
 };
 PlyCounts guard_ply(const std::filesystem::path& file);
 
-/// A PCD header without its end or with an unknown type, or one that promises more points
+/// A PCD header without its end or with an unknown type or kind of data, or one that promises more points
 /// than the guard allows or the file can hold, is a UserError (input).
 void guard_pcd(const std::filesystem::path& file);
 

@@ -1,13 +1,11 @@
 #include "stages/import/table.h"
 
 #include <algorithm>
-#include <map>
-#include <numeric>
 #include <random>
 
 #include <Eigen/Eigenvalues>
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/segmentation/extract_clusters.h>
+
+#include "geometry/clusters.h"
 
 namespace geocage::stages {
 
@@ -16,8 +14,6 @@ using geometry::PointCloud;
 using geometry::Vec3;
 
 namespace {
-
-constexpr double crumbs_per_gap = 4;
 
 int count_on(const PointCloud& cloud, const Plane& plane, double tolerance_m, std::size_t stride) {
   int count = 0;
@@ -71,53 +67,6 @@ bool inside(const std::vector<Point2>& hull, const Point2& p) {
   for (std::size_t i = 0; i < hull.size(); ++i)
     if (turn(hull[i], hull[(i + 1) % hull.size()], p) < 0) return false;
   return hull.size() >= 3;
-}
-
-using Tree = pcl::search::KdTree<pcl::PointXYZ>;
-
-/// Points that hang together by steps much shorter than the gap: a search for neighbours within the gap
-/// itself would give a thousand for each point.
-struct Crumb {
-  std::vector<int> points;
-  Tree tree;
-  Eigen::AlignedBox3f box;
-
-  bool near(const Crumb& other, double gap_m) const {
-    if (points.size() > other.points.size()) return other.near(*this, gap_m);
-    const auto gap2 = static_cast<float>(gap_m * gap_m);
-    if (box.squaredExteriorDistance(other.box) > gap2) return false;
-    std::vector<int> nearest;
-    std::vector<float> distance2;
-    return std::any_of(tree.getInputCloud()->begin(), tree.getInputCloud()->end(), [&](const auto& p) {
-      if (other.box.squaredExteriorDistance(p.getVector3fMap().eval()) > gap2) return false;
-      return other.tree.nearestKSearch(p, 1, nearest, distance2) > 0 && distance2.front() <= gap2;
-    });
-  }
-};
-
-std::vector<Crumb> crumbs_of(const PointCloud& cloud, const std::vector<int>& chosen, double gap_m) {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
-  for (int i : chosen) {
-    const Eigen::Vector3f p = cloud.points[i].cast<float>();
-    points->emplace_back(p.x(), p.y(), p.z());
-  }
-  const Tree::Ptr tree(new Tree);
-  tree->setInputCloud(points);
-  pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
-  extraction.setClusterTolerance(gap_m);
-  extraction.setMinClusterSize(1);
-  extraction.setSearchMethod(tree);
-  extraction.setInputCloud(points);
-  std::vector<pcl::PointIndices> parts;
-  extraction.extract(parts);
-  std::vector<Crumb> crumbs;
-  for (auto& part : parts) {
-    Crumb& crumb = crumbs.emplace_back();
-    crumb.tree.setInputCloud(Tree::PointCloudPtr(new Tree::PointCloud(*points, part.indices)));
-    for (const auto& p : *crumb.tree.getInputCloud()) crumb.box.extend(p.getVector3fMap().eval());
-    crumb.points = std::move(part.indices);
-  }
-  return crumbs;
 }
 
 }  // namespace
@@ -174,26 +123,12 @@ std::vector<int> standing_on(const PointCloud& cloud, const FoundPlane& table, d
 
 std::vector<std::vector<int>> clusters_of(const PointCloud& cloud, const std::vector<int>& chosen,
                                           double gap_m, int min_points) {
-  if (chosen.empty()) return {};
-  const auto crumbs = crumbs_of(cloud, chosen, gap_m / crumbs_per_gap);
-  std::vector<int> name(crumbs.size());  // of the cluster that each belongs to
-  std::iota(name.begin(), name.end(), 0);
-  for (std::size_t a = 0; a < crumbs.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      if (name[a] != name[b] && crumbs[a].near(crumbs[b], gap_m))
-        std::replace(name.begin(), name.end(), int{std::max(name[a], name[b])},
-                     int{std::min(name[a], name[b])});
-  std::map<int, std::vector<int>> parts;
-  for (std::size_t a = 0; a < crumbs.size(); ++a) {
-    auto& part = parts[name[a]];
-    for (int i : crumbs[a].points) part.push_back(chosen[i]);
-  }
-  std::vector<std::vector<int>> clusters;
-  for (auto& [first, part] : parts) {
-    if (static_cast<int>(part.size()) < min_points) continue;
-    std::sort(part.begin(), part.end());
-    clusters.push_back(std::move(part));
-  }
+  std::vector<Vec3> points;
+  for (int i : chosen) points.push_back(cloud.points[i]);
+  auto clusters = geometry::clusters(points, gap_m);
+  std::erase_if(clusters, [&](const auto& one) { return static_cast<int>(one.size()) < min_points; });
+  for (auto& cluster : clusters)
+    for (int& i : cluster) i = chosen[i];
   std::sort(clusters.begin(), clusters.end(),
             [](const auto& a, const auto& b) { return a.size() != b.size() ? a.size() > b.size() : a < b; });
   return clusters;

@@ -278,6 +278,8 @@ TEST_F(BadFiles, PcdWithoutCoordinatesOrAtOnePlace) {
   typed.replace(typed.find("F F F"), 5, "F Q F");
   refused_cloud(write("unnamed.pcd", unnamed), "no field 'x'");
   refused_cloud(write("typed.pcd", typed), "unknown type: 'Q'");
+  EXPECT_EQ(cloud(write("blank.pcd", pcd("4 4 4", 4, "ascii \n" + four))).size(), 4u);
+  refused_cloud(write("kind.pcd", pcd("4 4 4", 4, "foo\n" + four)), "unknown kind of data: 'foo'");
   refused_cloud(write("words.pcd", pcd("4 4 4", 4, "ascii\na b c\nd e f\ng h i\nj k l\n")), "at one place");
 }
 

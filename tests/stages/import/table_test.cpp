@@ -47,5 +47,19 @@ TEST(Clusters, AreThoseOfAllPairs) {
   EXPECT_TRUE(clusters_of(cloud, {}, 0.1, 1).empty());
 }
 
+// Two squares of 5 x 5 points in one plane, 4 apart, with each corner there twice: all on common spheres.
+TEST(Clusters, OfGridsAndTwins) {
+  geometry::PointCloud cloud;
+  for (int square = 0; square < 2; ++square)
+    for (int twice = 0; twice < 2; ++twice)
+      for (int x = 0; x < 5; x += twice == 0 ? 1 : 4)
+        for (int y = 0; y < 5; y += twice == 0 ? 1 : 4) cloud.points.emplace_back(x + 8 * square, y, 0);
+  std::vector<int> all(cloud.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (const double gap_m : {0.5, 1.0, 3.9, 4.0})
+    EXPECT_EQ(clusters_of(cloud, all, gap_m, 1), by_all_pairs(cloud, gap_m, 1)) << gap_m;
+  EXPECT_EQ(clusters_of(cloud, all, 1, 1).size(), 2U);
+}
+
 }  // namespace
 }  // namespace geocage::stages
