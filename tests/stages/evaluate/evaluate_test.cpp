@@ -269,6 +269,16 @@ TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
   }
 }
 
+// Counted by hand: two grasps of six pushes; hands 1 m away, open, and with random fingers for each; 6 + 6 +
+// 2 pushes of the known cages; two repetitions of each push of the sample, one grasp's six for playback.
+TEST(Evaluate, counts_its_trials) {
+  pipeline::Run run;
+  EvaluateParams params;
+  params.self_check_trials = 2;
+  evaluate(params, run, {{closed_grasp(), open_grasp()}, {}}, {}, sphere_mesh(), sphere_field(), sdh());
+  EXPECT_EQ(run.metrics().at("trials"), 2 * 6 + 3 * 2 * 6 + 14 + 2 * 2 + 6 + 1);
+}
+
 TEST(Evaluate, checks_itself_on_a_sample) {
   const Evaluations all = evaluated({closed_grasp(), open_grasp()});
   EXPECT_EQ(all.self_check.trials, EvaluateParams{}.self_check_trials);
