@@ -4,7 +4,7 @@
 //                    [--trials FILE.csv]
 // Each trial runs as it is, at half the step, with twice the iterations, and a pull or ring trial without its
 // early end at rest. A table of agreements
-// by kind of trial, and every disagreement by name. --wrenches: seeds of each amplitude (1 and 5 weights).
+// by kind of trial, and every disagreement by name. --wrenches: seeds of each of the cage stage's amplitudes.
 // --trials: every trial's outcomes, to compare with those of another build.
 #include <chrono>
 #include <cstdio>
@@ -70,7 +70,7 @@ void list_jobs(std::vector<Job>& jobs, const StudyObject& object, const physics:
         return physics::ring_trial(protocol, body, locked->escape, locked->axis_O, i * std::numbers::pi / 2,
                                    0);
       });
-    for (const double amplitude : {1.0, 5.0})
+    for (const double amplitude : {0.5, 1.0, 2.0, 5.0})  // the cage stage's
       for (int seed = 0; seed < wrenches; ++seed)
         add("wrench", std::to_string(amplitude) + " weights, seed " + std::to_string(seed),
             [&body, locked, amplitude, seed](const CageProtocol& protocol) {

@@ -2,6 +2,7 @@
 // SDH: 13 capsules of a locked hand, or an articulated body whose motors squeeze; and a dumbbell's bare step.
 //   physics_bench [--benchmark_filter=...]
 #include <numbers>
+#include <vector>
 
 #include "physics/cage_trial.h"
 #include "physics/force_trial.h"
@@ -64,21 +65,33 @@ void force_step(benchmark::State& state) {
 }
 BENCHMARK(force_step)->Unit(benchmark::kMicrosecond);
 
-void wrench_trial(benchmark::State& state) {
+/// Every amplitude in turn on the same seed.
+void wrench_trial(benchmark::State& state, const std::vector<double>& weights) {
   const Scene& s = scene();
   const auto locked = physics::lock({}, s.body, Scene::radius_m, s.hand, s.X_OH, s.q);
-  std::uint64_t seed = 0;
+  std::size_t trial = 0;
   double steps = 0;
-  for (auto _ : state)
-    steps += physics::wrench_trial(locked.protocol, s.body, locked.escape,
-                                   static_cast<double>(state.range(0)), seed++)
+  for (auto _ : state) {
+    steps += physics::wrench_trial(locked.protocol, s.body, locked.escape, weights[trial % weights.size()],
+                                   trial / weights.size())
                  .steps;
+    ++trial;
+  }
   state.counters["trials/s"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
   state.counters["steps"] = steps / static_cast<double>(state.iterations());
 }
-// Trials differ by their seeds: always the same 30.
-BENCHMARK(wrench_trial)->Arg(1)->Arg(5)->Iterations(30)->Unit(benchmark::kMillisecond);
+// Trials differ by their seeds: always the same 30 of an amplitude. All: the cage stage's amplitudes.
+#define WRENCHES(name, trials, ...)                                       \
+  BENCHMARK_CAPTURE(wrench_trial, name, std::vector<double>{__VA_ARGS__}) \
+      ->Iterations(trials)                                                \
+      ->Unit(benchmark::kMillisecond)
+WRENCHES(weights_half, 30, 0.5);
+WRENCHES(weights_1, 30, 1);
+WRENCHES(weights_2, 30, 2);
+WRENCHES(weights_5, 30, 5);
+WRENCHES(all, 120, 0.5, 1, 2, 5);
+#undef WRENCHES
 
 void push_trial(benchmark::State& state) {
   const Scene& s = scene();
