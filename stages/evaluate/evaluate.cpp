@@ -252,23 +252,6 @@ Control control(const char* label, Control::Rule rule, const Trials& trials, std
   return control;
 }
 
-/// The named protocol, with the friction that geocage's own test lets one choose.
-Protocol protocol_of(const EvaluateParams& params) {
-  Protocol protocol = physics::find_protocol(params.protocol);
-  const bool own = protocol.name == "geocage-force";
-  if (!own && params.loads != EvaluateParams{}.loads)
-    throw UserError(Fault::configuration, "evaluate.loads",
-                    fmt::format("{} names its own loads, the six pushes", protocol.name),
-                    "leave it out, or choose the protocol geocage-force");
-  if (params.friction == physics::Engine{}.friction) return protocol;
-  if (!own)
-    throw UserError(Fault::configuration, "evaluate.friction",
-                    fmt::format("{} names its own friction, {}", protocol.name, protocol.engine.friction),
-                    "leave it out, or choose the protocol geocage-force");
-  protocol.engine.friction = params.friction;
-  return protocol;
-}
-
 /// All that were simulated but those of margins, whose number hangs on the order of threads.
 int trials_of(const Evaluations& all) {
   int trials = 2 * all.self_check.trials;
@@ -315,6 +298,11 @@ void EvaluateParams::visit(pipeline::Fields& f) {
   f("loads", loads, physics::load_set_names(),
     "axes: six pushes; all: 26 towards faces, edges and corners of a cube, and six torques; of geocage-force "
     "alone");
+  f("push_m_s2", push_m_s2, {1e-3, 100},
+    "of a push, per mass: 10 is BODex's, 9.81 the weight; of geocage-force alone");
+  f("weight", weight, {"mass", "density"}, "which of the next two counts; of geocage-force alone");
+  f("mass_kg", mass_kg, {1e-4, 100}, "of the object");
+  f("density_kg_m3", density_kg_m3, {1, 3e4}, "of the object's solid; 500 is DexGraspNet's");
   f("object_geometry", object_geometry, {"truth", "reconstruction", "given"},
     "which geometry of the object is simulated; kept with the results");
   f("control_grasps", control_grasps, {1, 1e6},
@@ -327,6 +315,37 @@ void EvaluateParams::visit(pipeline::Fields& f) {
     "first grasps whose margins of friction, push and pose noise are bisected; minutes each");
   f("margin_draws", margin_draws, {1, 1e4}, "displaced poses of each level; 95 % of them must hold");
   f("seed", seed, "seed of the solver");
+}
+
+Protocol protocol_of(const EvaluateParams& params) {
+  Protocol protocol = physics::find_protocol(params.protocol);
+  const bool by_density = params.weight == "density";
+  if (protocol.name == "geocage-force") {
+    protocol.engine.friction = params.friction;
+    protocol.acceleration_m_s2 = params.push_m_s2;
+    protocol.mass_kg = params.mass_kg;
+    if (by_density) protocol.density_kg_m3 = params.density_kg_m3;
+    return protocol;
+  }
+  const EvaluateParams usual;
+  const auto refuse = [&](bool chosen, const char* parameter, const std::string& own) {
+    if (chosen)
+      throw UserError(Fault::configuration, fmt::format("evaluate.{}", parameter),
+                      fmt::format("{} names its own {}", protocol.name, own),
+                      "leave it out, or choose the protocol geocage-force");
+  };
+  refuse(params.loads != usual.loads, "loads", "loads, the six pushes");
+  refuse(params.friction != usual.friction, "friction",
+         fmt::format("friction, {}", protocol.engine.friction));
+  refuse(params.push_m_s2 != usual.push_m_s2, "push_m_s2",
+         fmt::format("push, {} m/s^2", protocol.acceleration_m_s2));
+  const std::string weight = protocol.density_kg_m3
+                                 ? fmt::format("weight, {} kg/m^3", *protocol.density_kg_m3)
+                                 : fmt::format("weight, {} kg", protocol.mass_kg);
+  refuse(by_density, "weight", weight);
+  refuse(params.mass_kg != usual.mass_kg, "mass_kg", weight);
+  refuse(params.density_kg_m3 != usual.density_kg_m3, "density_kg_m3", weight);
+  return protocol;
 }
 
 int Evaluation::held_pushes(bool strictly) const {

@@ -28,6 +28,9 @@ struct EvaluateParams {
   std::string protocol = "geocage-force";
   double friction = physics::Engine{}.friction;
   std::string loads = "axes";
+  double push_m_s2 = physics::Protocol{}.acceleration_m_s2;
+  std::string weight = "mass";
+  double mass_kg = physics::Protocol{}.mass_kg, density_kg_m3 = 500;
   std::string object_geometry = "truth";
   int control_grasps = 4;
   int self_check_trials = 6;
@@ -38,6 +41,10 @@ struct EvaluateParams {
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
+
+/// The named protocol, with the friction, push and weight that geocage's own test lets one choose. UserError
+/// (configuration): an unknown protocol, or a choice that a protocol of others does not have.
+physics::Protocol protocol_of(const EvaluateParams& params);
 
 using physics::Outcome;
 

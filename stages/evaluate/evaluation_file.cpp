@@ -36,7 +36,7 @@ Outcome outcome_named(const std::string& text) {
 
 /// All that the outcome depends on besides the grasp and the object.
 json engine_json(const EvaluateParams& params) {
-  const physics::Protocol& protocol = physics::find_protocol(params.protocol);
+  const physics::Protocol protocol = protocol_of(params);
   const physics::Engine& engine = protocol.engine;
   const physics::Grip& grip = protocol.grip;
   return {{"name", "Bullet"},
@@ -49,7 +49,7 @@ json engine_json(const EvaluateParams& params) {
           {"margin_m", 0},
           {"contact_m", engine.contact_m},
           {"way_out_m_s", engine.way_out_m_s},
-          {"mu", protocol.name == "geocage-force" ? params.friction : engine.friction},
+          {"mu", engine.friction},
           {"mu_rule", "product of the bodies' coefficients, each sqrt(mu); cone, two directions"},
           {"mass_kg", protocol.density_kg_m3 ? json() : json(protocol.mass_kg)},
           {"density_kg_m3", protocol.density_kg_m3 ? json(*protocol.density_kg_m3) : json()},
@@ -72,6 +72,17 @@ json engine_json(const EvaluateParams& params) {
           {"force_limit_n", grip.force_limit_n},
           {"squeeze_rad", grip.squeeze_rad},
           {"squeeze_m", grip.squeeze_m}};
+}
+
+/// Parameters that stand in the file only where they are not the defaults.
+json chosen_json(const EvaluateParams& params) {
+  const EvaluateParams usual;
+  json chosen = json::object();
+  if (params.push_m_s2 != usual.push_m_s2) chosen["push_m_s2"] = params.push_m_s2;
+  if (params.weight != usual.weight) chosen["weight"] = params.weight;
+  if (params.mass_kg != usual.mass_kg) chosen["mass_kg"] = params.mass_kg;
+  if (params.density_kg_m3 != usual.density_kg_m3) chosen["density_kg_m3"] = params.density_kg_m3;
+  return chosen;
 }
 
 json lift_json(const std::optional<physics::LiftTrial>& lift) {
@@ -166,25 +177,26 @@ std::string_view artefact_kind(const Evaluations*) {
 void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
   json entries = json::array();
   for (const Evaluation& evaluation : all.list) entries.push_back(to_json(all, evaluation));
-  const json file = {{"schema", "geocage-evaluations 1"},
-                     {"protocol", all.params.protocol},
-                     {"friction", all.params.friction},
-                     {"loads", all.params.loads},
-                     {"object_geometry", all.params.object_geometry},
-                     {"control_grasps", all.params.control_grasps},
-                     {"self_check_trials", all.params.self_check_trials},
-                     {"recorded_grasps", all.params.recorded_grasps},
-                     {"lift_grasps", all.params.lift_grasps},
-                     {"margin_grasps", all.params.margin_grasps},
-                     {"margin_draws", all.params.margin_draws},
-                     {"seed", all.params.seed},
-                     {"counts", counts_json(all.list)},
-                     {"starts_within_1_mm", all.starts_within_1_mm()},
-                     {"held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly)},
-                     {"controls", physics::to_json(all.controls)},
-                     {"valid", all.valid()},
-                     {"self_check", physics::to_json(all.self_check)},
-                     {"evaluations", entries}};
+  json file = {{"schema", "geocage-evaluations 1"},
+               {"protocol", all.params.protocol},
+               {"friction", all.params.friction},
+               {"loads", all.params.loads},
+               {"object_geometry", all.params.object_geometry},
+               {"control_grasps", all.params.control_grasps},
+               {"self_check_trials", all.params.self_check_trials},
+               {"recorded_grasps", all.params.recorded_grasps},
+               {"lift_grasps", all.params.lift_grasps},
+               {"margin_grasps", all.params.margin_grasps},
+               {"margin_draws", all.params.margin_draws},
+               {"seed", all.params.seed},
+               {"counts", counts_json(all.list)},
+               {"starts_within_1_mm", all.starts_within_1_mm()},
+               {"held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly)},
+               {"controls", physics::to_json(all.controls)},
+               {"valid", all.valid()},
+               {"self_check", physics::to_json(all.self_check)},
+               {"evaluations", entries}};
+  file.update(chosen_json(all.params));
   std::ofstream out(dir / "evaluations.json");
   out.exceptions(std::ios::failbit | std::ios::badbit);
   out << file.dump(1) << '\n';
@@ -201,6 +213,10 @@ void load_artefact(Evaluations& all, const std::filesystem::path& dir) {
   EvaluateParams& params = all.params;
   params.protocol = file.at("protocol"), params.friction = file.at("friction");
   params.loads = file.at("loads");
+  params.push_m_s2 = file.value("push_m_s2", params.push_m_s2);
+  params.weight = file.value("weight", params.weight);
+  params.mass_kg = file.value("mass_kg", params.mass_kg);
+  params.density_kg_m3 = file.value("density_kg_m3", params.density_kg_m3);
   params.object_geometry = file.at("object_geometry"), params.control_grasps = file.at("control_grasps");
   params.self_check_trials = file.at("self_check_trials");
   params.recorded_grasps = file.at("recorded_grasps"), params.lift_grasps = file.at("lift_grasps");

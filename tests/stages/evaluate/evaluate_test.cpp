@@ -216,6 +216,7 @@ TEST(Evaluate, counts_add_up_and_files_read_back) {
        {"protocol", "outcome", "reason", "directions", "counts", "engine", "seed", "drift_m"})
     EXPECT_TRUE(entry.contains(key)) << key;
   EXPECT_EQ(file["counts"]["rejected"], 1);
+  EXPECT_FALSE(file.contains("push_m_s2") || file.contains("weight"));  // only where they were chosen
 }
 
 // Of the first simulated grasp the lift and every push: from the grasp's own pose through closing to the end,
@@ -266,6 +267,74 @@ TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
     EXPECT_EQ(physics::push_trial(protocol, cube, gripper, posture, {"", way}, 0).outcome, Outcome::lost)
         << way;
   }
+}
+
+// What no finger touches moves by a t (t + dt) / 2 in symplectic Euler, whatever it weighs, and is lost once
+// that is 5 cm: read one step early or late it is a t dt off.
+TEST(Evaluate, a_free_object_obeys_the_push) {
+  auto away = open_grasp();
+  away.X_OH.translation() -= 1.0 * sdh().approach_H;
+  constexpr double dt_s = 1e-3;
+  const std::pair<double, const char*> cases[] = {{2.5, "mass"}, {9.81, "density"}, {40, "mass"}};
+  for (const auto& [push, weight] : cases) {
+    EvaluateParams params;
+    params.push_m_s2 = push, params.weight = weight, params.mass_kg = 0.7;
+    params.control_grasps = 1, params.self_check_trials = params.recorded_grasps = params.lift_grasps = 0;
+    pipeline::Run run;
+    const Evaluations all = evaluate(params, run, {{away}, {}}, {}, sphere_mesh(), sphere_field(), sdh());
+    EXPECT_TRUE(all.valid()) << push;
+    for (const DirectionResult& one : all.list[0].directions) {
+      EXPECT_EQ(one.outcome, Outcome::lost);
+      const double t = one.ended_s;
+      EXPECT_NEAR(t, std::sqrt(2 * 0.05 / push), 2 * dt_s) << push;
+      EXPECT_NEAR(one.max_displacement_m, push * t * (t + dt_s) / 2, 1.001 * push * t * dt_s) << push;
+    }
+  }
+}
+
+// An octahedron with corners at r holds 4/3 r^3. Two pads with half of a motor's force F each hold mu F, and
+// so at 100 m/s^2 a mass up to mu F / 100; 5 % above it the object moves by 10 m.
+TEST(Evaluate, weighs_by_mass_or_by_density) {
+  const double volume_m3 = 4.0 / 3 * std::pow(sphere_radius_m, 3);
+  EvaluateParams params;
+  params.mass_kg = 0.25, params.density_kg_m3 = 800;
+  const auto weighed = [&](const char* weight) {
+    params.weight = weight;
+    const physics::Protocol protocol = protocol_of(params);
+    return solid_body(sphere_mesh(), sphere_field(), protocol.mass_kg, protocol.density_kg_m3).mass_kg;
+  };
+  EXPECT_DOUBLE_EQ(weighed("mass"), 0.25);
+  EXPECT_NEAR(weighed("density"), 800 * volume_m3, 1e-12);
+
+  const hands::Hand gripper = hands::load_hand("parallel_2f");
+  const Vec3 half = Vec3::Constant(0.0125);
+  const auto cube =
+      filled(Vec3::Constant(0.08), 0.001, [&](const Vec3& p) { return physics::box_distance(p, half); });
+  hands::Grasp grasp;
+  grasp.hand = gripper.name, grasp.object = "cube";
+  grasp.X_OH.translation().z() = -(0.112 + 0.01875);  // the middle of its pads
+  grasp.joints_rad = hands::joint_map(gripper.tree, Eigen::VectorXd::Constant(1, 0.0427 - half.y()));
+  grasp.pregrasp_joints_rad = hands::joint_map(gripper.tree, gripper.open_rad);
+  params.push_m_s2 = 100, params.control_grasps = 1;
+  params.self_check_trials = params.recorded_grasps = params.lift_grasps = 0;
+  const physics::Protocol usual = physics::find_protocol("geocage-force");
+  const double limit_kg = usual.engine.friction * usual.grip.force_limit_n / params.push_m_s2;
+  for (const char* weight : {"mass", "density"})
+    for (const double share : {0.95, 1.05}) {
+      params.weight = weight, params.mass_kg = share * limit_kg;
+      params.density_kg_m3 = share * limit_kg / volume_m3;
+      pipeline::Run run;
+      const Evaluations all = evaluate(params, run, {{grasp}, {}}, {}, sphere_mesh(), cube, gripper);
+      for (const DirectionResult& one : all.list[0].directions)
+        if (one.name[1] != 'y') {
+          EXPECT_EQ(one.outcome, share < 1 ? Outcome::held : Outcome::lost) << weight << " " << one.name;
+        }
+      EXPECT_TRUE(all.valid());
+      const std::string text = saved(all);
+      Evaluations read;
+      load_artefact(read, std::filesystem::path(testing::TempDir()) / "evaluations");
+      EXPECT_EQ(saved(read), text);
+    }
 }
 
 // The sample is spread over all pushes; a steady grasp tells the same at half the step.
@@ -390,6 +459,14 @@ TEST(Evaluate, names_the_mistake) {
   const auto not_bodex =
       error_after([&](auto&, auto& params) { params.protocol = "bodex", params.loads = "all"; });
   EXPECT_EQ(not_bodex.where(), "evaluate.loads");
+  const auto heavy = error_after([&](auto&, auto& params) { params.protocol = "bodex", params.mass_kg = 1; });
+  EXPECT_EQ(heavy.where(), "evaluate.mass_kg");
+  const auto pushed =
+      error_after([&](auto&, auto& params) { params.protocol = "multidex", params.push_m_s2 = 9.81; });
+  EXPECT_EQ(pushed.where(), "evaluate.push_m_s2");
+  const auto dense =
+      error_after([&](auto&, auto& params) { params.protocol = "bodex", params.weight = "density"; });
+  EXPECT_EQ(dense.where(), "evaluate.weight");
 }
 
 TEST(Evaluate, refuses_a_field_that_ends_before_the_hand_does) {
