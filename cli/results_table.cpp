@@ -98,6 +98,11 @@ void describe_evaluation(const reports::Evaluations& all, const reports::Evaluat
   row["held_2_cm"] = result.held_within_2_cm ? 1.0 : 0.0;
   if (!result.worst.empty()) row["worst_direction"] = result.worst;
   if (result.fall_s) row["fall_s"] = *result.fall_s;
+  if (result.lift) {
+    row["lift_outcome"] = result.lift->outcome;
+    row["lift_phase"] = result.lift->phase;
+    row["lift_released"] = result.lift->released ? 1.0 : 0.0;
+  }
   row["valid"] = all.valid() ? 1.0 : 0.0;
 }
 
@@ -294,6 +299,9 @@ Table grasp_table(const Flow& flow, const RunSummary& summary) {
                            "directions_held_2_cm",
                            "worst_direction",
                            "fall_s",
+                           "lift_outcome",
+                           "lift_phase",
+                           "lift_released",
                            "valid",
                            "cage_outcome",
                            "cage_pulls_retained",

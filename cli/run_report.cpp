@@ -139,7 +139,7 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary, const
 /// report.
 std::string stamp_of(const reports::ReportInput& input) {
   std::ostringstream text;
-  text << "geocage-report 4 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
+  text << "geocage-report 5 " << GEOCAGE_VERSION << "\n" << input.title << "\n" << input.flow_text << "\n";
   for (const auto& pair : input.pairs)
     text << pair.object << " " << pair.hand << " " << pair.outcome << " " << pair.drawn << " "
          << pair.sentence << "\n";

@@ -103,9 +103,11 @@ ForceMargins force_margins(const Protocol& protocol, const ObjectBody& object, c
 
 std::vector<Loosening> loosening(const CageProtocol& protocol, const ObjectBody& object, double radius_m,
                                  const hands::Hand& hand, const Pose& X_OH, const Eigen::VectorXd& q,
-                                 const Eigen::VectorXd& q_open, int halvings, std::uint64_t seed) {
+                                 const Eigen::VectorXd& q_open, int halvings, std::uint64_t seed,
+                                 int* trials) {
   constexpr int pulls = 6, ways = 4;
   const auto holds = [&](const LockedHand& locked, int trial) {
+    if (trials) ++*trials;
     if (trial < pulls)
       return pull_trial(locked.protocol, object, locked.escape, six_directions()[trial].axis_O, seed)
                  .outcome == Outcome::held;

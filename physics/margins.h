@@ -74,10 +74,10 @@ struct Loosening {
 };
 /// Fingers one by one opened from `q` towards `q_open`, locked there, and every pull and ring way that held
 /// when closed pulled again: the largest opening at which all of them still hold. Nothing for a hand that
-/// held none. O(fingers * halvings * pulls).
+/// held none. Adds the trials it makes to `trials`. O(fingers * halvings * pulls).
 std::vector<Loosening> loosening(const CageProtocol& protocol, const ObjectBody& object, double radius_m,
                                  const hands::Hand& hand, const geometry::Pose& X_OH,
                                  const Eigen::VectorXd& q, const Eigen::VectorXd& q_open, int halvings,
-                                 std::uint64_t seed);
+                                 std::uint64_t seed, int* trials = nullptr);
 
 }  // namespace geocage::physics

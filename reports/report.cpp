@@ -162,7 +162,7 @@ std::string slot_table(const std::vector<SlotInput>& slots) {
   std::vector<Row> rows = {{"slot", "state", "seconds", "figures", "folder"}};
   for (const SlotInput& slot : slots) {
     std::string metrics;
-    for (const auto& [name, value] : slot.metrics)
+    for (const auto& [name, value] : slot.figures())
       metrics += fmt::format("{} {:.4g}; ", escaped(name), value);
     if (metrics.ends_with("; ")) metrics.resize(metrics.size() - 2);
     rows.push_back({escaped(slot.slot), escaped(slot.state),
@@ -227,6 +227,13 @@ void write_by_rename(const fs::path& file, const std::string& text) {
 }
 
 }  // namespace
+
+std::map<std::string, double> SlotInput::figures() const {
+  auto all = metrics;
+  if (const auto trials = metrics.find("trials"); trials != metrics.end() && made_seconds > 0)
+    all["trials_per_s"] = trials->second / made_seconds;
+  return all;
+}
 
 fs::path write_report(const ReportInput& input, const fs::path& folder) {
   const fs::path pictures = folder / "pictures";

@@ -48,6 +48,9 @@ struct SlotInput {
   std::filesystem::path folder;
   std::string sentence;  ///< why it failed or was skipped
   std::map<std::string, double> metrics;
+
+  /// The metrics, and with `trials` among them `trials_per_s` of all the time that making the slot took.
+  std::map<std::string, double> figures() const;
 };
 
 /// A parameter of a slot and who set it: a place in the flow file, "--set", "default" or what geocage took it

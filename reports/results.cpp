@@ -49,6 +49,8 @@ EvaluationResult evaluation_from(const json& entry) {
     result.directions.push_back({direction.at("name"), direction.at("held"), direction.at("held_within_2_cm"),
                                  number(direction, "max_displacement_m"),
                                  number(direction, "max_rotation_rad")});
+  if (const auto lift = entry.find("lift"); lift != entry.end() && !lift->is_null())
+    result.lift = {lift->at("outcome"), lift->at("phase"), lift->at("released")};
   return result;
 }
 

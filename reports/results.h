@@ -15,6 +15,12 @@ struct DirectionResult {
   double max_displacement_m = 0, max_rotation_rad = 0;
 };
 
+/// Lift, shake and release of one grasp.
+struct LiftResult {
+  std::string outcome, phase;  ///< phase: the last one before the hand opens
+  bool released = false;       ///< held, and fell when the hand opened
+};
+
 struct EvaluationResult {
   int grasp = 0;
   std::string outcome, reason;
@@ -23,6 +29,7 @@ struct EvaluationResult {
   std::string worst;             ///< push; empty where none was made to its end
   std::optional<double> fall_s;  ///< when the first push was lost
   std::vector<DirectionResult> directions;
+  std::optional<LiftResult> lift;  ///< where it was asked
 };
 
 /// A test whose answer is known.

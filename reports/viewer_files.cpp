@@ -396,7 +396,7 @@ class Writer {
                        {"seconds", slot.state == "hit" ? slot.made_seconds : slot.seconds},
                        {"folder", slot.folder.string()},
                        {"sentence", slot.sentence},
-                       {"metrics", slot.metrics}});
+                       {"metrics", slot.figures()}});
     for (const auto& [slot, list] : input_.parameters) {
       json values = json::array();
       for (const auto& parameter : list) values.push_back({parameter.name, parameter.value, parameter.from});

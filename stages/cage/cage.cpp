@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "physics/cage_trial.h"
@@ -240,7 +241,18 @@ Control control(const char* label, Control::Rule rule, const std::vector<Locked*
   return control;
 }
 
-void report(const CageEvaluations& all, pipeline::Run& run) {
+/// All that were simulated but those of `loosening`.
+int trials_of(const CageEvaluations& all) {
+  auto trials = 2 * static_cast<std::size_t>(all.self_check.trials) + all.recordings.size();
+  for (const CageEvaluation& evaluation : all.list) {
+    trials += evaluation.pulls.size() + evaluation.ring.size() + evaluation.compliant.size();
+    for (const CageWrench& wrench : evaluation.wrenches) trials += static_cast<std::size_t>(wrench.trials);
+  }
+  for (const Control& control : all.controls) trials += static_cast<std::size_t>(control.trials);
+  return static_cast<int>(trials);
+}
+
+void report(const CageEvaluations& all, int loosening_trials, pipeline::Run& run) {
   int ring = 0, retained = 0;
   for (const CageEvaluation& evaluation : all.list) {
     ring += evaluation.ring_retained() == static_cast<int>(ring_ways);
@@ -248,6 +260,7 @@ void report(const CageEvaluations& all, pipeline::Run& run) {
   }
   for (const Outcome outcome : physics::outcomes)
     run.metric(std::string(physics::name(outcome)), all.count(outcome));
+  run.metric("trials", trials_of(all) + loosening_trials);
   run.metric("ring_held", ring);
   run.metric("pulls_retained", retained);
   run.metric("controls_ok", all.valid());
@@ -377,6 +390,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     for (Locked& one : *hands) add(one, false);
 
   std::vector<std::vector<physics::Loosening>> loosened(postures.size());
+  std::vector<int> loosening_trials(postures.size());
   for (std::size_t i = 0, wanted = params.margin_grasps; i < postures.size() && wanted > 0; ++i) {
     if (!locked[i]) continue;
     --wanted;
@@ -384,7 +398,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
       constexpr int halvings = 4;
       const Posture opened = physics::open_posture(hand, field, grasps.grasps[i]);
       loosened[i] = physics::loosening(protocol, body, radius_m, hand, postures[i].X_OH, postures[i].q,
-                                       opened.q, halvings, params.seed);
+                                       opened.q, halvings, params.seed, &loosening_trials[i]);
     });
   }
 
@@ -419,7 +433,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
   all.controls.push_back(control("random fingers, pulls", Control::Rule::reported, randoms, TrialKind::pull));
   all.controls.push_back(
       control("random fingers, wrenches", Control::Rule::reported, randoms, TrialKind::wrench));
-  report(all, run);
+  report(all, std::accumulate(loosening_trials.begin(), loosening_trials.end(), 0), run);
   return all;
 }
 

@@ -269,6 +269,16 @@ Protocol protocol_of(const EvaluateParams& params) {
   return protocol;
 }
 
+/// All that were simulated but those of margins, whose number hangs on the order of threads.
+int trials_of(const Evaluations& all) {
+  int trials = 2 * all.self_check.trials;
+  for (const Evaluation& evaluation : all.list)
+    trials += static_cast<int>(evaluation.directions.size()) + evaluation.lift.has_value();
+  for (const Control& control : all.controls) trials += control.trials;
+  for (const physics::Recording& one : all.recordings) trials += one.trial != "lift";  // a lift is made once
+  return trials;
+}
+
 void report(const Evaluations& all, std::initializer_list<const Trials*> trials, pipeline::Run& run) {
   double steps = 0;
   for (const Trials* some : trials)
@@ -287,6 +297,7 @@ void report(const Evaluations& all, std::initializer_list<const Trials*> trials,
   run.metric("controls_ok", all.valid());
   run.metric("held_within_2_cm", std::ranges::count_if(all.list, &Evaluation::held_strictly));
   run.metric("starts_within_1_mm", all.starts_within_1_mm());
+  run.metric("trials", trials_of(all));
   run.metric("simulated_steps", steps);
   run.metric("self_check_trials", all.self_check.trials);
   run.metric("self_check_half_step", all.self_check.half_step);

@@ -150,6 +150,7 @@ class Report : public testing::Test {
     input.pairs = {pair, broken, absent};
     input.slots = {{"ring/remesh", "remesh", "made", 1.5, 1.5, "", "", {{"edge_cv", 0.125}}},
                    {"ring/score", "score", "hit", 0.001, 0.25, "", "", {}},
+                   {"ring/cage", "cage", "hit", 0.001, 2.5, "", "", {{"trials", 30}}},
                    {"broken/remesh", "remesh", "failed", 0.1, 0, "", "edge 3-4 has three triangles", {}}};
     input.parameters = {{"ring/remesh", {{"edge_length_m", "0.004"}}}};
     input.run = {{"on", "a <host>"}};
@@ -166,11 +167,26 @@ TEST_F(Report, TellsTheWholeStoryOffline) {
   EXPECT_FALSE(has(html, "http:") || has(html, "https:") || has(html, "<script") || has(html, "@import"));
   EXPECT_FALSE(has(html, "<test>") || has(html, "<1>") || has(html, "<host>") || has(html, "<here>") ||
                has(html, "odd<name>"));
-  for (const char* words :
-       {"A &lt;test&gt; &amp; more", "ring &lt;1&gt;", "1 + 1 + 0 + 1 = 3", "<b>1 of 2</b>", "9.5 %",
-        "90.5 %", "0 of 6", "as it must be", "edge 3-4 has three", "no package &lt;here&gt;",
-        "below the table", "9 poses", "0.004", "package things, MIT", "the true surface", "3.10 mm free",
-        "moved 61.0 mm", "1.50 s", "Bullet"})
+  for (const char* words : {"A &lt;test&gt; &amp; more",
+                            "ring &lt;1&gt;",
+                            "1 + 1 + 0 + 1 = 3",
+                            "<b>1 of 2</b>",
+                            "9.5 %",
+                            "90.5 %",
+                            "0 of 6",
+                            "as it must be",
+                            "edge 3-4 has three",
+                            "no package &lt;here&gt;",
+                            "below the table",
+                            "9 poses",
+                            "0.004",
+                            "package things, MIT",
+                            "the true surface",
+                            "3.10 mm free",
+                            "moved 61.0 mm",
+                            "1.50 s",
+                            "Bullet",
+                            "trials 30; trials_per_s 12"})
     EXPECT_TRUE(has(html, words)) << words;
 }
 
@@ -246,6 +262,20 @@ TEST_F(Report, LivesWithoutAnything) {
   const std::string html = text_of(write_report(ReportInput(), folder_ / "out"));
   EXPECT_EQ(html_flaw(html), "");
   EXPECT_TRUE(has(html, "0 + 0 + 0 + 0 = 0"));
+}
+
+TEST_F(Report, ReadsTheLiftWhereItWasAsked) {
+  const auto without = read_evaluations(evaluations(0));
+  EXPECT_FALSE(without.grasps[0].lift);
+  std::string text = text_of(folder_ / "evaluations" / "evaluations.json");
+  const std::string before = "\"held_within_2_cm\": false, \"summary\"";
+  text.insert(text.find(before), R"("lift": {"outcome": "lost", "phase": "shake x", "released": false}, )");
+  std::ofstream(fresh("lifted") / "evaluations.json") << text;
+  const auto lifted = read_evaluations(folder_ / "lifted").grasps;
+  ASSERT_TRUE(lifted[0].lift);
+  EXPECT_EQ(lifted[0].lift->outcome, "lost");
+  EXPECT_EQ(lifted[0].lift->phase, "shake x");
+  EXPECT_FALSE(lifted[0].lift->released || lifted[1].lift);
 }
 
 TEST_F(Report, NamesABrokenArtefact) {

@@ -45,6 +45,8 @@ for (const [slot, stage, state, made_s] of asked) {
   else one.made += taken.get(slot);
   stages.set(stage, one);
 }
+const made = new Map(asked.map(([slot, , , made_s]) => [slot, made_s]));
+for (const { slot, metrics: one } of metrics.slots) if (one.trials && made.get(slot)) derived.push(one.trials / made.get(slot));
 for (const one of stages.values()) derived.push(one.made, one.found);
 
 function table(text) {

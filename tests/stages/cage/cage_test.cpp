@@ -62,13 +62,17 @@ CageParams quick() {
   return params;
 }
 
-CageEvaluations caged(const hands::GraspSet& set) {
+CageEvaluations caged(const hands::GraspSet& set, double* trials = nullptr) {
   pipeline::Run run;
-  return cage(quick(), run, set, ball_mesh(), ball_field(), sdh());
+  CageEvaluations all = cage(quick(), run, set, ball_mesh(), ball_field(), sdh());
+  if (trials) *trials = run.metrics().at("trials");
+  return all;
 }
 
+double closed_trials = 0;  ///< of the next one
+
 const CageEvaluations& closed_once() {
-  static const CageEvaluations all = caged(grasps(true));
+  static const CageEvaluations all = caged(grasps(true), &closed_trials);
   return all;
 }
 
@@ -163,9 +167,17 @@ TEST(CageStage, tells_how_far_each_finger_may_open) {
 }
 
 TEST(CageStage, rejects_a_hand_inside_the_object) {
-  const CageEvaluations all = caged(grasps(false, -0.02));
+  double trials = 0;
+  const CageEvaluations all = caged(grasps(false, -0.02), &trials);
   EXPECT_EQ(all.list[0].outcome, Outcome::rejected);
   EXPECT_NE(all.list[0].reason.find("inside the object"), std::string::npos);
+  // No trial but those of the controls. The closed hand has 6 + 4 + 6 pulls, 2 x 2 wrenches, 6 trials twice
+  // more, 6 + 4 + 2 for playback, and margins: 10 of the closed hand, and more of each finger.
+  int known = 0;
+  for (const physics::Control& control : all.controls) known += control.trials;
+  EXPECT_EQ(trials, known);
+  closed_once();
+  EXPECT_GT(closed_trials, known + 16 + 4 + 12 + 12 + 10);
 }
 
 }  // namespace

@@ -243,7 +243,6 @@ TEST(Evaluate, keeps_the_first_grasps_pushes_for_playback) {
   }
 }
 
-// The sample is spread over all pushes; a steady grasp tells the same at half the step.
 // The pads of a gripper press with half of their one motor's force F each, F dx = (N + N) dx: across and
 // along them friction holds a cube against 2 mu F / 2, and no more.
 TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
@@ -269,8 +268,16 @@ TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
   }
 }
 
-TEST(Evaluate, checks_itself_on_a_sample) {
-  const Evaluations all = evaluated({closed_grasp(), open_grasp()});
+// The sample is spread over all pushes; a steady grasp tells the same at half the step.
+// Counted by hand: two grasps of six pushes; hands 1 m away, open, and with random fingers for each; 6 + 6 +
+// 2 pushes of the known cages; two repetitions of each push of the sample, one grasp's six for playback.
+TEST(Evaluate, checks_itself_on_a_sample_and_counts_its_trials) {
+  pipeline::Run run;
+  EvaluateParams params;
+  params.lift_grasps = 0;
+  const Evaluations all =
+      evaluate(params, run, {{closed_grasp(), open_grasp()}, {}}, {}, sphere_mesh(), sphere_field(), sdh());
+  EXPECT_EQ(run.metrics().at("trials"), 2 * 6 + 3 * 2 * 6 + 14 + 2 * all.self_check.trials + 6);
   EXPECT_EQ(all.self_check.trials, EvaluateParams{}.self_check_trials);
   EXPECT_EQ(all.self_check.half_step, all.self_check.trials);
   EXPECT_EQ(all.self_check.twice_iterations, all.self_check.trials);
