@@ -47,6 +47,7 @@ struct Clearance {
   const EscapeTest& escape;
   double tolerance_m = 0;
   double border_m = 0;  ///< smallest value at the border of the field's grid
+  std::optional<Ceiling> ceiling;
 
   Pose X_OW(const Pose& X_WC) const {
     return Eigen::Translation3d(escape.object_ball().center) * X_WC.inverse();
@@ -72,7 +73,13 @@ struct Clearance {
            cells.z() <= field.nodes[2] - 1;
   }
 
-  bool free(const Pose& X_WC) const { return (*this)(X_WC) > -tolerance_m; }
+  /// A motion's centre goes straight, so its ends tell of all of it.
+  bool low_enough(const Pose& X_WC) const {
+    const Vec3 moved = X_WC.translation() - escape.object_ball().center;
+    return !ceiling || -ceiling->gravity_O.dot(moved) <= ceiling->rise_m;
+  }
+
+  bool free(const Pose& X_WC) const { return low_enough(X_WC) && (*this)(X_WC) > -tolerance_m; }
 };
 
 double border_of(const geometry::SignedDistanceField& field) {
@@ -116,7 +123,8 @@ class Motions final : public ob::MotionValidator {
   Motions(const ob::SpaceInformationPtr& space, const Clearance& clearance, double least_step_m)
       : MotionValidator(space), clearance_(clearance), least_step_m_(least_step_m) {}
   bool checkMotion(const ob::State* from, const ob::State* to) const override {
-    return motion_free(clearance_, pose_of(from), pose_of(to), least_step_m_);
+    const Pose end = pose_of(to);
+    return clearance_.low_enough(end) && motion_free(clearance_, pose_of(from), end, least_step_m_);
   }
   bool checkMotion(const ob::State*, const ob::State*, std::pair<ob::State*, double>&) const override {
     throw std::logic_error("RRT-Connect asks for whole motions only");
@@ -180,11 +188,12 @@ std::shared_ptr<Space> space_around(const EscapeTest& escape) {
 }  // namespace
 
 EscapeSearch search_escape(const geometry::SignedDistanceField& field, const EscapeTest& escape,
-                           const EscapeSearchRule& rule, std::uint64_t seed) {
+                           const EscapeSearchRule& rule, std::uint64_t seed,
+                           const std::optional<Ceiling>& ceiling) {
   constexpr double most_extra_m = 1e-3;
   ompl::msg::noOutputHandler();
   EscapeSearch search;
-  Clearance clearance{field, escape, rule.tolerance_m, border_of(field)};
+  Clearance clearance{field, escape, rule.tolerance_m, border_of(field), ceiling};
   const Pose start(Eigen::Translation3d(escape.object_ball().center));
   const double inside = std::max(0.0, -clearance(start));
   if (inside > most_extra_m) {
@@ -237,15 +246,37 @@ EscapeSearch search_escape(const geometry::SignedDistanceField& field, const Esc
   return search;
 }
 
+namespace {
+double rise_of(const std::vector<Pose>& path_WO, const Vec3& center_O, const Vec3& gravity_O) {
+  double rise = 0;
+  for (const Pose& X_WO : path_WO)
+    rise = std::max(rise, -gravity_O.dot(X_WO * center_O - path_WO.front() * center_O));
+  return rise;
+}
+}  // namespace
+
 std::vector<double> rises_m(const std::vector<Pose>& path_WO, const Vec3& center_O) {
   std::vector<double> rises;
-  for (const Direction& gravity : six_directions()) {
-    double rise = 0;
-    for (const Pose& X_WO : path_WO)
-      rise = std::max(rise, -gravity.axis_O.dot(X_WO * center_O - path_WO.front() * center_O));
-    rises.push_back(rise);
-  }
+  for (const Direction& gravity : six_directions())
+    rises.push_back(rise_of(path_WO, center_O, gravity.axis_O));
   return rises;
+}
+
+RiseBound lower_rise(const geometry::SignedDistanceField& field, const EscapeTest& escape,
+                     const EscapeSearchRule& rule, std::uint64_t seed, int seeds, const Vec3& gravity_O,
+                     double rise_m, int halvings) {
+  RiseBound bound{rise_m, 0};
+  for (int halving = 0; halving < halvings && bound.rise_m > 0; ++halving) {
+    const Ceiling ceiling{gravity_O, (bound.unfound_m + bound.rise_m) / 2};
+    EscapeSearch search;
+    for (int i = 0; i < seeds && search.found == 0; ++i)
+      search = search_escape(field, escape, rule, seed + static_cast<std::uint64_t>(i), ceiling);
+    if (search.found > 0)
+      bound.rise_m = rise_of(search.path_WO, escape.object_ball().center, gravity_O);
+    else
+      bound.unfound_m = ceiling.rise_m;
+  }
+  return bound;
 }
 
 EscapeSearch merged(const std::vector<EscapeSearch>& searches) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "physics/escape_test.h"
@@ -28,6 +29,15 @@ struct EscapeSearch {
   /// Of all ways found, the least that the centre of mass must be raised against gravity along +x -x +y -y
   /// +z -z of O: an upper bound of the escape energy per weight, u+ / (M g). Empty where none was found.
   std::vector<double> rise_m;
+  /// Where the rises were bisected (`lower_rise`): the most that searches were allowed which then found none.
+  std::vector<double> unfound_rise_m;
+};
+
+/// How high the centre of mass may go against gravity (a unit vector of O at the start), above where it
+/// starts.
+struct Ceiling {
+  geometry::Vec3 gravity_O;
+  double rise_m = 0;
 };
 
 /// How far the centre of mass (in O) rises at most along the path, against gravity along each of the six
@@ -41,6 +51,19 @@ EscapeSearch merged(const std::vector<EscapeSearch>& searches);
 /// tolerance grows by what the grasp itself is inside the object, at most 1 mm more: else `stuck`. Same seed,
 /// same path. O(samples * capsules) field queries.
 EscapeSearch search_escape(const geometry::SignedDistanceField& field, const EscapeTest& escape,
-                           const EscapeSearchRule& rule, std::uint64_t seed);
+                           const EscapeSearchRule& rule, std::uint64_t seed,
+                           const std::optional<Ceiling>& ceiling = {});
+
+/// A bound of the escape energy per weight, u+ / (M g), of one gravity.
+struct RiseBound {
+  double rise_m = 0;     ///< a way was found that rises so far
+  double unfound_m = 0;  ///< no seed found one under this ceiling: evidence, no proof
+};
+
+/// Bisects the ceiling between nothing and `rise_m`, that of a way already found, `halvings` times; a level
+/// counts as unfound when none of `seeds` searches gets out under it. Never above `rise_m`.
+RiseBound lower_rise(const geometry::SignedDistanceField& field, const EscapeTest& escape,
+                     const EscapeSearchRule& rule, std::uint64_t seed, int seeds,
+                     const geometry::Vec3& gravity_O, double rise_m, int halvings);
 
 }  // namespace geocage::physics

@@ -275,6 +275,34 @@ void report(const CageEvaluations& all, int loosening_trials, pipeline::Run& run
                           physics::rule_text(one.rule)));
 }
 
+/// Searches for ways out with less of a rise than those found, of the first grasps.
+void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>& locked,
+                  const CageParams& params, const geometry::SignedDistanceField& field) {
+  constexpr int halvings = 4;
+  struct Wanted {
+    physics::EscapeSearch* search;
+    const physics::EscapeTest* escape;
+    std::size_t way;
+  };
+  std::vector<Wanted> wanted;
+  int grasps = params.energy_grasps;
+  for (CageEvaluation& one : all.list) {
+    if (one.search.found == 0 || grasps-- <= 0) continue;
+    one.search.unfound_rise_m.resize(one.search.rise_m.size());
+    for (std::size_t way = 0; way < one.search.rise_m.size(); ++way)
+      wanted.push_back({&one.search, &locked[one.grasp]->hand.escape, way});
+  }
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto& [search, escape, way] = wanted[i];
+    const physics::RiseBound bound = physics::lower_rise(
+        field, *escape, {.samples = params.search_samples}, params.seed, params.search_seeds,
+        physics::six_directions()[way].axis_O, search->rise_m[way], halvings);
+    search->rise_m[way] = bound.rise_m;
+    search->unfound_rise_m[way] = bound.unfound_m;
+  }
+}
+
 }  // namespace
 
 void CageParams::visit(pipeline::Fields& f) {
@@ -297,6 +325,8 @@ void CageParams::visit(pipeline::Fields& f) {
   f("recorded_grasps", recorded_grasps, {0, 1e6}, "first grasps whose trials are kept for playback");
   f("margin_grasps", margin_grasps, {0, 1e6},
     "first grasps of which each finger is opened until the object gets out");
+  f("energy_grasps", energy_grasps, {0, 1e6},
+    "first grasps with a way out for which the least rise is bisected, against each of six gravities");
   f("seed", seed, "of wrenches and search");
 }
 
@@ -385,6 +415,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
       judge(evaluation, *locked[evaluation.grasp], params, protocol);
       evaluation.loosening = std::move(loosened[evaluation.grasp]);
     }
+  bisect_rises(all, locked, params, field);
   all.self_check = checked(locked, params, body);
   all.recordings = recorded(locked, postures, grasps, hand, params, body);
   std::vector<Locked*> fars, opens, randoms;

@@ -34,6 +34,7 @@ struct CageParams {
   int self_check_trials = 6;
   int recorded_grasps = 1;
   int margin_grasps = 1;
+  int energy_grasps = 1;
   std::uint64_t seed = 0;
   void visit(pipeline::Fields& f);
 };
@@ -98,7 +99,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 8, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 9, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

@@ -47,6 +47,7 @@ std::vector<CagePull> pulls_from(const json& list) {
 json search_json(const EscapeSearch& search) {
   json entry = {{"samples", search.samples}, {"path_m", search.path_m}, {"deepest_m", search.deepest_m},
                 {"seeds", search.seeds},     {"found", search.found},   {"rise_m", search.rise_m}};
+  if (!search.unfound_rise_m.empty()) entry["unfound_rise_m"] = search.unfound_rise_m;
   for (const auto& [result, text] : results)
     if (search.result == result) entry["result"] = text;
   json path = json::array();
@@ -63,6 +64,8 @@ EscapeSearch search_from(const json& entry) {
   search.deepest_m = entry.at("deepest_m");
   search.seeds = entry.at("seeds"), search.found = entry.at("found");
   search.rise_m = entry.at("rise_m").get<std::vector<double>>();
+  if (entry.contains("unfound_rise_m"))
+    search.unfound_rise_m = entry["unfound_rise_m"].get<std::vector<double>>();
   for (const json& pose : entry.at("X_WO"))
     search.path_WO.push_back(hands::pose_from_json(pose, "cages.json"));
   return search;

@@ -197,6 +197,38 @@ TEST(Escape, searches_of_several_seeds_are_one) {
   EXPECT_EQ(merged(searches).result, EscapeSearch::Result::found);
 }
 
+// A ball of 30 mm in a well of twelve upright bars, too close to each other for it. The cheapest way out goes
+// between two tips: with centres of the tips d apart and b + rho from the ball's, at t + sqrt((b + rho)^2 -
+// d^2 / 4). The way may cut tips by `tolerance_m`, which lowers it by 0.5 mm times (b + rho) over that root.
+// Ceilings come within an eighth of the first way's rise in three halvings, and a search needs room: half
+// more.
+TEST(Escape, bisection_finds_the_rim_of_a_well) {
+  constexpr double rho = 0.03, c = 0.045, b = 0.005, t = 0.02;
+  const auto field = filled(Vec3::Constant(0.05), 0.002, [](const Vec3& p) { return p.norm() - rho; });
+  std::vector<PlacedCapsule> well;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = i * std::numbers::pi / 6;
+    const Vec3 foot(c * std::cos(angle), c * std::sin(angle), -0.06);
+    well.push_back({foot, {foot.x(), foot.y(), t}, b});
+  }
+  well.push_back({Vec3(-c, 0, -0.06), Vec3(c, 0, -0.06), b});
+  well.push_back({Vec3(0, -c, -0.06), Vec3(0, c, -0.06), b});
+  const EscapeTest escape(box_body(field, Vec3::Constant(rho), 0.1), rho, well);
+  const double half = c * std::sin(std::numbers::pi / 12);
+  const double root = std::sqrt((b + rho) * (b + rho) - half * half), rim = t + root;
+  const EscapeSearchRule rule{.samples = 3000};
+  const EscapeSearch first = search_escape(field, escape, rule, 0);
+  ASSERT_EQ(first.result, EscapeSearch::Result::found);
+  const Vec3 down = -Vec3::UnitZ();
+  const RiseBound bound = lower_rise(field, escape, rule, 0, 2, down, first.rise_m[5], 3);
+  EXPECT_GE(bound.rise_m, rim - rule.tolerance_m * (b + rho) / root - 1e-6);
+  EXPECT_LE(bound.rise_m, 1.5 * rim);
+  EXPECT_LT(bound.unfound_m, bound.rise_m);
+  EXPECT_LE(bound.rise_m, first.rise_m[5]);
+  // Under a ceiling below the rim there is no way.
+  EXPECT_EQ(search_escape(field, escape, rule, 1, Ceiling{down, 0.9 * rim}).found, 0);
+}
+
 // With damping the speed tends to g dt / (exp(dt / tau) - 1), just before it is damped: the fixed point of
 // v <- (v + g dt) exp(-dt / tau).
 TEST(Cage, damped_falls_reach_the_closed_forms_speed) {

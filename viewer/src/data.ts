@@ -33,7 +33,7 @@ export interface Evaluation {
   wrenches?: { amplitude_weights: number; trials: number; lost: number; errors?: number; survival?: number; mean_held_s?: number; curve_s_share?: [number, number][] }[];
   summary?: { pushes: number; held: number; held_share: number; held_within_2_cm: number; worst: string | null; fall_s: number | null };
   a_50?: { is: string; weights: number } | null;
-  escape_search?: { result: string; found?: number; seeds?: number; rise_m?: number[]; [key: string]: unknown };
+  escape_search?: { result: string; found?: number; seeds?: number; rise_m?: number[]; unfound_rise_m?: number[]; [key: string]: unknown };
 }
 /** A trial as it went, from geocage-recording 1; a list of one row never changes. Poses are x y z, qw qx qy qz in the world W. */
 export interface Recording {

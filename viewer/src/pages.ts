@@ -250,7 +250,8 @@ function graspFacts(grasp: Grasp, index: number, details: Details, weight: strin
       cage.a_50.is === 'at' ? ' (on the line between two amplitudes).' : ', the outermost amplitude tested.') : null,
     survivalPlot(cage.wrenches, details.cage?.engine?.wrench_s),
     h('p', { class: 'soft' }, `Search for a way out: ${cage.escape_search?.result ?? 'not made'}.`,
-      cage.escape_search?.rise_m?.length ? [' ', num('found', cage.escape_search.found), ' of ', num('seeds', cage.escape_search.seeds), ' searches found one; against the kindest gravity the centre of mass rises by at most ', num('rise_m', Math.min(...cage.escape_search.rise_m)), ' on it.'] : null)) : null),
+      cage.escape_search?.rise_m?.length ? [' ', num('found', cage.escape_search.found), ' of ', num('seeds', cage.escape_search.seeds), ' searches found one; against the kindest gravity the centre of mass rises by at most ', num('rise_m', Math.min(...cage.escape_search.rise_m)), ' on it',
+        cage.escape_search.unfound_rise_m ? ', bisected against all six.' : '.'] : null)) : null),
     Object.keys(grasp.scores).length === 0 ? null : section('Scores', table(['score', 'value', 'what it says'], Object.entries(grasp.scores).map(([name, value]) => [name, num(name, value), scoreNotes[name] ?? '']), 'scores')),
     !details.evaluation && !details.cage ? null : section('Tests', controls('Force test', details.evaluation), controls('Cage test', details.cage)),
   ];

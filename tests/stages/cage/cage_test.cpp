@@ -100,6 +100,9 @@ TEST(CageStage, three_closed_fingers_keep_a_ball_that_open_ones_lose) {
   EXPECT_EQ(CageEvaluation::held(closed.list[0].compliant), 6);
   EXPECT_EQ(open.list[0].search.found, 2);
   EXPECT_EQ(open.list[0].search.rise_m.size(), 6u);
+  ASSERT_EQ(open.list[0].search.unfound_rise_m.size(), 6u);  // bisected
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_LE(open.list[0].search.unfound_rise_m[i], open.list[0].search.rise_m[i]);
   ASSERT_TRUE(open.list[0].half && closed.list[0].half);
   EXPECT_EQ(open.list[0].half->text(), "below 0.5");
 }
