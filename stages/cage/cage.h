@@ -26,7 +26,7 @@ namespace geocage::stages {
 struct CageParams {
   std::string object_geometry = "truth";
   std::vector<double> wrench_amplitudes = {0.5, 1, 2, 5};
-  int wrench_seeds = 10;
+  int wrench_seeds = 4;
   int search_samples = 1000, search_seeds = 5;
   double damping_s = physics::CageEngine{}.damping_s;
   double step_s = physics::CageEngine{}.dt_s;
