@@ -215,7 +215,7 @@ class Program {
     sub->add_option("--out", score_.out, "FILE.ply or FILE.csv (default: CSV on stdout)");
     sub->add_option("--metric", score_.metric, "hop or dijkstra")->check(CLI::IsMember({"hop", "dijkstra"}));
     sub->add_option("--units", score_.unit, "unit of the file: m, cm, mm, inch, or metres per unit");
-    sub->add_option("--decimate", score_.decimate, decimate_text)->check(CLI::PositiveNumber);
+    sub->add_option("--decimate", score_.decimate, decimate_text)->check(positive);
 
     sub = command("writhe", "writhe matrix and Gauss linking integral of two polylines",
                   [this] { return writhe(shared_, writhe_); });
@@ -245,7 +245,7 @@ class Program {
     sub->add_option("--loads", evaluate_.loads,
                     "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
-    sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(CLI::PositiveNumber);
+    sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(positive);
     sub->add_flag("--margins", evaluate_.margins,
                   "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");

@@ -106,7 +106,8 @@ void describe_evaluation(const reports::Evaluations& all, const reports::Evaluat
   row["valid"] = all.valid() ? 1.0 : 0.0;
 }
 
-void describe_cage(const reports::CageResult& cage, Row& row) {
+void describe_cage(const reports::Cages& all, const reports::CageResult& cage, Row& row) {
+  row["cage_valid"] = all.valid() ? 1.0 : 0.0;
   row["cage_outcome"] = cage.outcome;
   row["cage_pulls_retained"] = static_cast<double>(cage.pulls_retained);
   row["cage_ring_retained"] = static_cast<double>(cage.ring_retained);
@@ -190,8 +191,7 @@ class PairRows {
       for (const auto& test : tests.grasps)
         if (test.grasp == static_cast<int>(i)) describe_evaluation(tests, test, row);
       for (const auto& one : cages.grasps)
-        if (one.grasp == static_cast<int>(i))
-          describe_cage(one, row), row["cage_valid"] = cages.valid() ? 1.0 : 0.0;
+        if (one.grasp == static_cast<int>(i)) describe_cage(cages, one, row);
     }
     return rows.empty() ? std::vector<Row>{common_} : rows;
   }

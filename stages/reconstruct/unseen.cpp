@@ -140,8 +140,8 @@ void close_behind(const PointCloud& seen, double step_m, Adder& adder) {
   }
 }
 
-/// Space round the points in cells of `step_m`: free where a ray passed, hidden where every view saw
-/// something nearer, else open. A cell of which a view saw nothing is neither: a sensor has gaps.
+/// Space round the points in cells of `step_m`: free where a ray passed, hidden where all views saw
+/// something nearer, but for one that may have seen nothing there (sensors have gaps), else open.
 class SpaceOfViews {
  public:
   using Index = Eigen::Vector3i;
