@@ -124,6 +124,12 @@ struct Opened {
   }
 };
 
+/// Two runs may write to one folder: one after the other.
+pipeline::FileLock alone_in(const fs::path& folder) {
+  fs::create_directories(folder);
+  return pipeline::FileLock(folder / ".lock");
+}
+
 int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
   const auto lines = opened.pipeline.forecast(wish);
   std::map<std::string, int> counts;
@@ -157,6 +163,7 @@ int run(const Shared& shared, const RunOptions& options) {
     console.planned(opened.flow.pairs.size(), opened.pipeline.slots().size(), options.wish.jobs);
     summary = summarise(opened.flow, opened.pipeline.run(options.wish, console));
   }
+  const auto alone = alone_in(shared.out);
   // The table first: it is there however long the pictures take.
   if (options.wish.only.empty()) summary.results = write_results(opened.flow, summary, shared.out);
   if (options.wish.only.empty() && options.wish.until.empty())
@@ -324,6 +331,7 @@ int graph(const Shared& shared, const FlowRequest& request) {
 int report(const Shared& shared, const FlowRequest& request, bool single_file, int pictures) {
   Opened opened(shared, request);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
+  const auto alone = alone_in(shared.out);
   summary.report = write_run_report(opened.flow, summary, shared.out,
                                     {pipeline::Ledger(opened.store).all(), single_file, pictures});
   if (shared.json)

@@ -294,7 +294,7 @@ void Pipeline::settle(Node& node, bool forced, Watcher& watcher) {
   };
   if (forced || !take()) {
     if (!forced && failed_before(node, key)) return;
-    const MakingLock lock(store_, key);
+    const FileLock lock(store_.root() / "locks" / key);
     try {
       if (forced || !take()) make(node, recipe, watcher);  // another process may have made it meanwhile
     } catch (const std::system_error&) {

@@ -293,14 +293,12 @@ Store::Garbage Store::collect_garbage(bool dry_run) const {
   return garbage;
 }
 
-MakingLock::MakingLock(const Store& store, const std::string& key) {
-  const fs::path path = store.root() / "locks" / key;
-  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (file_ < 0) throw_errno(path);
+FileLock::FileLock(const fs::path& file) : file_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+  if (file_ < 0) throw_errno(file);
   while (flock(file_, LOCK_EX) != 0)
-    if (errno != EINTR) throw_errno(path);
+    if (errno != EINTR) throw_errno(file);
 }
-MakingLock::~MakingLock() {
+FileLock::~FileLock() {
   close(file_);
 }
 

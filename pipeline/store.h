@@ -72,13 +72,14 @@ class Store {
   std::filesystem::path root_;
 };
 
-/// Holds the key's lock while it lives. The kernel lets go of it when the process dies, however it dies.
-class MakingLock {
+/// Holds the lock of a file, made when it isn't there, while it lives; waits until it has it. The kernel lets
+/// go of it when the process dies, however it dies.
+class FileLock {
  public:
-  MakingLock(const Store& store, const std::string& key);
-  ~MakingLock();
-  MakingLock(const MakingLock&) = delete;
-  MakingLock& operator=(const MakingLock&) = delete;
+  explicit FileLock(const std::filesystem::path& file);
+  ~FileLock();
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
 
  private:
   int file_ = -1;

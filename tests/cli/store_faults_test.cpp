@@ -29,6 +29,7 @@ class StoreFaults : public testing::Test {
     const Ended ended = geocage(arguments(store));
     EXPECT_EQ(ended.code, 0) << ended.err;
     std::map<std::string, std::string> found;
+    if (ended.code != 0) return found;
     const json answer = json::parse(ended.out);
     for (const auto& slot : answer["slots"])
       found[slot["slot"]] = std::filesystem::path(slot["folder"].get<std::string>()).filename();
@@ -91,8 +92,9 @@ TEST_F(StoreFaults, TwoRunsAtOnceMakeEachStageOnce) {
   std::mutex mutex;
   const auto run = [&] {
     const Ended ended = geocage(arguments("shared"));
-    const json answer = json::parse(ended.out);
     const std::lock_guard lock(mutex);
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    const json answer = json::parse(ended.out);
     for (const auto& slot : answer["slots"]) made[slot["slot"]] += slot["state"] == "made";
   };
   { std::jthread a(run), b(run); }
