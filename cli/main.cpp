@@ -1,9 +1,12 @@
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -72,7 +75,7 @@ class Program {
       const std::vector<std::string> words(argv + 1, argv + argc);
       const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(app_, words);
       if (unknown.empty()) return app_.exit(error, std::cout, std::cerr) == 0 ? 0 : exit_configuration;
-      fmt::print(stderr, "error: {} (--help lists them)\n", unknown);
+      tell(fmt::format("error: {} (--help lists them)\n", unknown));
       return exit_configuration;
     }
     return chosen_();
@@ -286,17 +289,28 @@ class Program {
 
 int guarded_main(int argc, char** argv) {
   try {
-    return Program().main(argc, argv);
+    const int code = Program().main(argc, argv);
+    errno = 0;
+    if (std::fflush(stdout) != 0 ||
+        std::ferror(stdout))  // what was printed by C++ streams may have failed before
+      throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(), "stdout");
+    return code;
   } catch (const pipeline::UserError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    tell(fmt::format("{}\n", error.what()));
     return static_cast<int>(error.fault());
   } catch (const std::system_error& error) {
-    fmt::print(stderr, "geocage: error: {}\n", error.what());
+    tell(fmt::format("geocage: error: {}\n", error.what()));
     return exit_store;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "geocage: this is a bug: {}\n", error.what());
+    tell(fmt::format("geocage: this is a bug: {}\n", error.what()));
     return exit_bug;
   }
+}
+
+/// Where a standard stream is closed, the next file that is opened would be taken for it.
+void open_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) open("/dev/null", O_RDWR);  // gets the lowest number that is free
 }
 
 }  // namespace
@@ -304,9 +318,10 @@ int guarded_main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace geocage::cli;
+  open_closed_streams();
   farewell = "\ngeocage: interrupted; what was made stays, and the same command goes on from here:\n  " +
              command_line(argc, argv) + "\n";
-  signal(SIGINT, geocage::cli::interrupted);
-  signal(SIGTERM, geocage::cli::interrupted);
-  return geocage::cli::guarded_main(argc, argv);
+  signal(SIGINT, interrupted);
+  signal(SIGTERM, interrupted);
+  return guarded_main(argc, argv);
 }

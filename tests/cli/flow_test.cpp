@@ -172,6 +172,21 @@ TEST_F(FlowRun, ArtefactsOpenInCommonTools) {
   EXPECT_FALSE(grasps.grasps.empty());
 }
 
+TEST_F(FlowRun, AFolderThatShowedSomethingElseShowsTheRunAgain) {
+  const auto title = [] {
+    std::string page;
+    std::getline(std::ifstream(*folder_ / "report" / "index.html"), page, '\0');
+    return page.substr(page.find("<title>") + 7, 4);
+  };
+  run();
+  ASSERT_EQ(title(), "flow");
+  const Ended view =
+      geocage({"view", (*folder_ / "bottle.ply").string(), "--out", (*folder_ / "report").string()});
+  ASSERT_EQ(view.code, 0) << view.err;
+  run();
+  EXPECT_EQ(title(), "flow");
+}
+
 TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
   const json answer = json::parse(first_.out);
   fs::path place;
