@@ -9,6 +9,7 @@
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/kdtree/kdtree_flann.h>
 
+#include "geometry/pcl_points.h"
 #include "pipeline/error.h"
 #include "stages/cloud/orient.h"
 #include "stages/cloud/register.h"
@@ -37,21 +38,9 @@ void CloudParams::visit(pipeline::Fields& f) {
 
 namespace {
 
-using Points = pcl::PointCloud<pcl::PointXYZ>;
-
-/// Single precision, so from the first point on.
-Points::Ptr to_pcl(const std::vector<Vec3>& points) {
-  Points::Ptr out(new Points);
-  for (const Vec3& p : points) {
-    const Eigen::Vector3f q = (p - points.front()).cast<float>();
-    out->emplace_back(q.x(), q.y(), q.z());
-  }
-  return out;
-}
-
 PointCloud without_outliers(const CloudParams& params, const PointCloud& raw) {
   pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
-  filter.setInputCloud(to_pcl(raw.points));
+  filter.setInputCloud(geometry::pcl_points(raw.points, raw.points.front()));
   filter.setMeanK(params.outlier_neighbours);
   filter.setStddevMulThresh(params.outlier_sigmas);
   pcl::Indices kept;
@@ -106,7 +95,7 @@ PointCloud thinned(const PointCloud& cloud, double voxel_m) {
 
 void fit_normals(PointCloud& cloud, int neighbours) {
   pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
-  estimation.setInputCloud(to_pcl(cloud.points));
+  estimation.setInputCloud(geometry::pcl_points(cloud.points, cloud.points.front()));
   estimation.setKSearch(neighbours);
   pcl::PointCloud<pcl::Normal> normals;
   estimation.compute(normals);

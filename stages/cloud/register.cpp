@@ -7,21 +7,14 @@
 #include <pcl/features/normal_3d.h>
 #include <pcl/kdtree/kdtree_flann.h>
 
+#include "geometry/pcl_points.h"
+
 namespace geocage::stages {
 
 using geometry::Pose;
 using geometry::Vec3;
 
 namespace {
-
-using Points = pcl::PointCloud<pcl::PointXYZ>;
-
-Points::Ptr to_pcl(const std::vector<Vec3>& points) {
-  Points::Ptr out(new Points);
-  for (const Vec3& p : points)
-    out->emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
-  return out;
-}
 
 struct View {
   std::vector<Vec3> points, normals;  ///< normals towards the sensor
@@ -30,7 +23,7 @@ struct View {
 
 void fit_normals(View& view, const Vec3& sensor) {
   pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
-  estimation.setInputCloud(to_pcl(view.points));
+  estimation.setInputCloud(geometry::pcl_points(view.points));
   estimation.setKSearch(24);
   pcl::PointCloud<pcl::Normal> normals;
   estimation.compute(normals);
@@ -58,7 +51,7 @@ void add_pairs(const std::vector<View>& views, std::size_t of, double reach_m, s
     }
   if (points.empty()) return;
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  tree.setInputCloud(to_pcl(points));
+  tree.setInputCloud(geometry::pcl_points(points));
   const View& view = views[of];
   const std::size_t stride = std::max<std::size_t>(1, view.points.size() / 4000);
   std::vector<int> near(1);

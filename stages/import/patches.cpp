@@ -10,21 +10,13 @@
 #include <pcl/segmentation/supervoxel_clustering.h>
 
 #include "geometry/median.h"
+#include "geometry/pcl_points.h"
 
 namespace geocage::stages {
 
 using geometry::Vec3;
 
 namespace {
-
-using Points = pcl::PointCloud<pcl::PointXYZ>;
-
-Points::Ptr to_pcl(const std::vector<Vec3>& points) {
-  Points::Ptr out(new Points);
-  for (const Vec3& p : points)
-    out->emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
-  return out;
-}
 
 /// A point in no patch belongs to that of its nearest neighbour that has one; those without any get one.
 void name_the_nameless(std::vector<int>& patch, const std::vector<std::vector<int>>& near, int& count) {
@@ -131,7 +123,7 @@ Flat flat_of(const std::vector<Vec3>& points) {
 
 std::vector<std::vector<int>> near_points(const std::vector<Vec3>& points, double reach_m) {
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  const auto cloud = to_pcl(points);
+  const auto cloud = geometry::pcl_points(points);
   tree.setInputCloud(cloud);
   std::vector<int> found;
   std::vector<float> squares;
@@ -150,7 +142,7 @@ Patches patches_of(const std::vector<Vec3>& points, const std::vector<std::vecto
   const auto patch = static_cast<float>(size_m), voxel = patch / 4;
   pcl::SupervoxelClustering<pcl::PointXYZ> search(voxel, patch);
   search.setUseSingleCameraTransform(false);
-  search.setInputCloud(to_pcl(points));
+  search.setInputCloud(geometry::pcl_points(points));
   search.setColorImportance(0);
   search.setSpatialImportance(1);
   search.setNormalImportance(4);

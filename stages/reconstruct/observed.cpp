@@ -5,6 +5,8 @@
 
 #include <pcl/kdtree/kdtree_flann.h>
 
+#include "geometry/pcl_points.h"
+
 namespace geocage::stages {
 
 using geometry::PointCloud;
@@ -12,15 +14,9 @@ using geometry::Vec3;
 
 namespace {
 
-pcl::PointXYZ single(const Vec3& p) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
-}
-
 pcl::KdTreeFLANN<pcl::PointXYZ> tree_of(const PointCloud& cloud) {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
-  for (const Vec3& p : cloud.points) points->push_back(single(p));
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
-  tree.setInputCloud(points);
+  tree.setInputCloud(geometry::pcl_points(cloud.points));
   return tree;
 }
 
@@ -39,7 +35,7 @@ std::vector<double> observed_of(const geometry::TriangleMesh& mesh, const PointC
   pcl::Indices nearest;
   std::vector<float> squared;
   for (std::size_t v = 0; v < observed.size(); ++v) {
-    tree.nearestKSearch(single(mesh.vertices[v]), 8, nearest, squared);
+    tree.nearestKSearch(geometry::pcl_point(mesh.vertices[v]), 8, nearest, squared);
     for (int i : nearest) {
       const double distance = (cloud.points[i] - mesh.vertices[v]).norm();
       const double near = rise(2 - distance / near_m), alike = rise(1 + 2 * normals[v].dot(cloud.normals[i]));
@@ -57,7 +53,8 @@ double mean_spacing_m(const PointCloud& cloud) {
   pcl::Indices nearest;
   std::vector<float> squared;
   for (std::size_t i = 0; i < cloud.size(); i += stride) {
-    tree.nearestKSearch(single(cloud.points[i]), 7, nearest, squared);  // the first is the point itself
+    tree.nearestKSearch(geometry::pcl_point(cloud.points[i]), 7, nearest,
+                        squared);  // the first is the point itself
     for (std::size_t k = 1; k < squared.size(); ++k, ++count) sum += std::sqrt(squared[k]);
   }
   return count > 0 ? sum / count : 0;

@@ -4,6 +4,8 @@
 
 #include <pcl/kdtree/kdtree_flann.h>
 
+#include "geometry/pcl_points.h"
+
 namespace geocage::stages {
 
 using geometry::Vec3;
@@ -12,11 +14,7 @@ ThickenedWalls thicken_walls(geometry::PointCloud& cloud, double wall_m) {
   constexpr int least_opposite = 4;
   ThickenedWalls done;
   if (wall_m <= 0) return done;
-  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
-  for (const Vec3& p : cloud.points) {
-    const Eigen::Vector3f q = (p - cloud.points.front()).cast<float>();
-    points->emplace_back(q.x(), q.y(), q.z());
-  }
+  const auto points = geometry::pcl_points(cloud.points, cloud.points.front());
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
   tree.setInputCloud(points);
   std::vector<Vec3> moved = cloud.points;

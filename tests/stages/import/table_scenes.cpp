@@ -404,9 +404,9 @@ Stackable wide_thing(Chance& chance, const std::filesystem::path& objects) {
 }
 
 /// One to five things: against each other, or one on another's flat top.
-std::vector<TableScene> wide(const std::filesystem::path& objects, int first_seed, int scenes) {
+std::vector<TableScene> wide(const std::filesystem::path& objects, int first_seed, Seeds seeds) {
   std::vector<TableScene> list;
-  for (int k = 0; k < scenes; ++k) {
+  for (int k = seeds.from; k < seeds.to; ++k) {
     Chance chance(static_cast<std::uint64_t>(first_seed + k));
     TableScene scene{"wide " + std::to_string(k), {}};
     std::vector<double> flat;
@@ -488,9 +488,9 @@ Stackable varied_thing(Chance& chance, const std::filesystem::path& objects, boo
 
 /// One to six things: against each other, a little apart, or on the flat top of any; each scene from one
 /// place of chance. Scenes with something ambiguous are left out.
-std::vector<TableScene> varied(const std::filesystem::path& objects, int first_seed, int scenes) {
+std::vector<TableScene> varied(const std::filesystem::path& objects, int first_seed, Seeds seeds) {
   std::vector<TableScene> list;
-  for (int k = 0; k < scenes; ++k) {
+  for (int k = seeds.from; k < seeds.to; ++k) {
     Chance chance(static_cast<std::uint64_t>(first_seed + k));
     TableScene scene{"varied " + std::to_string(k), {}, {}};
     std::vector<double> flat;
@@ -543,14 +543,17 @@ std::vector<TableScene> varied(const std::filesystem::path& objects, int first_s
 
 }  // namespace
 
-std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects) {
+std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects,
+                                     Seeds seeds) {
+  const auto of = [&](int count) { return Seeds{seeds.from, std::min(seeds.to, count)}; };
   if (set == "tuning") return tuning(objects);
   if (set == "held_out") return held_out(objects);
-  if (set == "training") return wide(objects, 20000, 240);
-  if (set == "training_varied") return varied(objects, 80000, 1200);
-  if (set == "trial") return varied(objects, 300000, 160);
-  if (set == "varied") return varied(objects, 200000, 160);
-  if (set == "wide") return wide(objects, 50000, 40);
+  if (set == "training") return wide(objects, 20000, of(240));
+  if (set == "training_varied") return varied(objects, 80000, of(2400));
+  if (set == "trial") return varied(objects, 300000, of(160));
+  if (set == "varied") return varied(objects, 200000, of(160));
+  if (set == "varied_2") return varied(objects, 400000, of(160));
+  if (set == "wide") return wide(objects, 50000, of(40));
   return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -20,14 +21,21 @@ struct TableScene {
   std::vector<View> views = {{35}, {50}};
 };
 
+/// Which seeds of a set of chance, counted from its first.
+struct Seeds {
+  int from = 0, to = std::numeric_limits<int>::max();  ///< to: the first that isn't
+};
+
 /// A set of scenes by name. "tuning" and "fresh": the numbers of import.cluster_by = shape were chosen on
 /// them. "held_out": other shapes, sizes and arrangements, by hand. "fresh", "unseen": one to four things of
 /// chance, pushed together or put on each other, by other seeds; nothing was chosen or mended by "unseen".
 /// "wide": one to five, of more kinds. "varied": one to six, of still more kinds, seen from one place of
-/// chance (28 to 62 degrees, 0.7 to 1 m) each. "trial": of that kind, to choose by. "training",
-/// "training_varied": other scenes of these two kinds. Meshes of `objects`, where it isn't empty, stand among
-/// them. Precondition: one of these names.
-std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects);
+/// chance (28 to 62 degrees, 0.7 to 1 m) each; "varied_2": of that kind, for a look when all is chosen. "trial":
+/// of that kind, to choose by. "training", "training_varied": other scenes of these two kinds. Meshes of
+/// `objects`, where it isn't empty, stand among them. Sets by hand, "fresh" and "unseen" come whole.
+/// Precondition: one of these names.
+std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects,
+                                     Seeds seeds = {});
 
 /// The scene before the virtual Kinect as a PCD with the sensor's place and, as labels, the thing that each
 /// point lies nearest to (from 1; 0: table).

@@ -1,7 +1,7 @@
 // How often the things of a table scene become one object each:
-//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied [--objects DIR]
+//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied|varied_2 [--objects DIR]
 //   [--rule gap] [--rule shape] [--one_thing 0.5] [--part_points 600]
-//   [--keep FOLDER [--write]] [--scene NAME]
+//   [--keep FOLDER [--write]] [--scene NAME] [--from_seed 0] [--to_seed 160]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
 
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> rules = {"gap", "shape"};
   app.add_option("--set", set, "which scenes")
       ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "training_varied", "trial",
-                             "wide", "varied"}));
+                             "wide", "varied", "varied_2"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules, "values of import.cluster_by");
   stages::ImportParams params{.scene = "table"};
@@ -34,13 +34,16 @@ int main(int argc, char** argv) {
   app.add_option("--keep", keep, "folder for the scenes")->check(CLI::ExistingDirectory);
   app.add_flag("--write", write_only, "only write the scenes");
   app.add_option("--scene", only, "only this one");
+  tests::Seeds seeds;
+  app.add_option("--from_seed", seeds.from, "of sets of chance");
+  app.add_option("--to_seed", seeds.to, "and less than this");
   CLI11_PARSE(app, argc, argv);
   const tests::ScratchFolder scratch;
   std::map<std::string, int> right;
   std::map<std::string, tests::LabelMatch> totals;
   int doubtful[2] = {0, 0};  // wrong and right ones that say so
   int all = 0;
-  for (const auto& scene : tests::table_scenes(set, objects)) {
+  for (const auto& scene : tests::table_scenes(set, objects, seeds)) {
     if (!only.empty() && scene.name != only) continue;
     for (const auto& view : scene.views) {
       const fs::path file = (keep.empty() ? scratch.path() : keep) /
