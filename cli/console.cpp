@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 namespace geocage::cli {
@@ -13,12 +14,12 @@ constexpr const char* clear_line = "\r\x1b[K";
 
 Console::Console(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 Console::~Console() {
-  if (!quiet_ && terminal_) fmt::print(stderr, "{}", clear_line);
+  if (!quiet_ && terminal_) tell(clear_line);
 }
 
 void Console::line(const std::string& text) {
   if (quiet_) return;
-  fmt::print(stderr, "{}{}\n", terminal_ ? clear_line : "", text);
+  tell((terminal_ ? clear_line : "") + text + "\n");
   bar();
 }
 
@@ -40,8 +41,8 @@ void Console::bar() {
   const std::size_t width = 24, full = width * ended_ / total_;
   std::string names;
   for (const auto& [slot, how_far] : running_) names.append(" ").append(slot).append(how_far);
-  fmt::print(stderr, "{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_,
-             total_, pace(), names);
+  tell(fmt::format("{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_, total_,
+                   pace(), names));
   std::fflush(stderr);
 }
 
@@ -76,6 +77,14 @@ void Console::ended(const pipeline::SlotResult& result, std::size_t ended, std::
   if (result.state == SlotState::failed || result.state == SlotState::skipped)
     line(fmt::format("{} {} {}: {}", count, result.slot, state, result.sentence));
   if (result.state == SlotState::hit) bar();
+}
+
+void print_json(const nlohmann::json& document, int indent) {
+  fmt::print("{}\n", document.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+void tell(const std::string& text) {
+  std::fputs(text.c_str(), stderr);
 }
 
 std::string quoted(const std::string& word) {

@@ -449,7 +449,7 @@ void check_names(const Script& script, const Flow& flow, const std::set<std::str
   std::set<std::string> told;
   for (const auto& [name, setting] : script.object_settings) {
     const bool lost = std::ranges::any_of(flow.pairs, [&, &name = name](const FlowPair& pair) {
-      return pair.slots.size() < 2 && (name == pair.base || name.starts_with(pair.base + "."));
+      return pair.lost() && (name == pair.base || name.starts_with(pair.base + "."));
     });
     if (lost || named.contains(name) || !told.insert(name).second) continue;
     mistakes.push_back(

@@ -30,6 +30,9 @@ struct FlowPair {
   std::vector<std::string> slots;
   std::string score_slot, agreement_slot, place_slot, approach_slot, evaluate_slot, cage_slot;
   std::string metric = "hop";  ///< of the balls
+
+  /// There is no object to make slots for; of a scene, nobody knows what it holds.
+  bool lost() const { return !skipped.empty() || !failed.empty(); }
 };
 
 struct Flow {

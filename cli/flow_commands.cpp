@@ -124,12 +124,6 @@ struct Opened {
   }
 };
 
-/// Two runs may write to one folder: one after the other.
-pipeline::FileLock alone_in(const fs::path& folder) {
-  fs::create_directories(folder);
-  return pipeline::FileLock(folder / ".lock");
-}
-
 int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
   const auto lines = opened.pipeline.forecast(wish);
   std::map<std::string, int> counts;
@@ -142,7 +136,7 @@ int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
       fmt::print("{:<6} {}: {}\n", line.state, line.slot, line.reason);
   }
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-forecast 1"}, {"slots", list}}.dump(2));
+    print_json(json{{"schema", "geocage-forecast 1"}, {"slots", list}});
   else
     fmt::print("{} slots: {} to make, {} after them, {} there, {} failed before\n", lines.size(),
                counts["make"], counts["after"], counts["hit"], counts["failed"]);
@@ -171,7 +165,7 @@ int run(const Shared& shared, const RunOptions& options) {
         write_run_report(opened.flow, summary, shared.out,
                          {pipeline::Ledger(opened.store).all(), options.single_file, options.pictures});
   if (shared.json)
-    fmt::print("{}\n", to_json(summary).dump(2));
+    print_json(to_json(summary));
   else
     print(summary);
   return exit_code(summary.counts);
@@ -196,8 +190,7 @@ int query(const Shared& shared, const QueryOptions& options) {
         else
           cells.push_back(nullptr);
     }
-    fmt::print("{}\n",
-               json{{"schema", "geocage-query 1"}, {"columns", table.columns}, {"rows", rows}}.dump(2));
+    print_json(json{{"schema", "geocage-query 1"}, {"columns", table.columns}, {"rows", rows}});
     return 0;
   }
   std::vector<std::size_t> widths;
@@ -232,7 +225,7 @@ int failures(const Shared& shared) {
       fmt::print("{} [{}] {}\n  inputs {}\n  {}\n", failure.slot, failure.code, failure.sentence,
                  failure.inputs, failure.command);
   }
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-failures 1"}, {"failures", list}}.dump(2));
+  if (shared.json) print_json(json{{"schema", "geocage-failures 1"}, {"failures", list}});
   return 0;
 }
 
@@ -244,7 +237,7 @@ int status(const Shared& shared, const FlowRequest& request) {
       list.push_back({{"slot", slot}, {"state", state}});
     else
       fmt::print("{:<4} {}\n", state, slot);
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-status 1"}, {"slots", list}}.dump(2));
+  if (shared.json) print_json(json{{"schema", "geocage-status 1"}, {"slots", list}});
   return 0;
 }
 
@@ -252,7 +245,7 @@ int why(const Shared& shared, const FlowRequest& request, const std::string& slo
   Opened opened(shared, request);
   const std::string reasons = opened.pipeline.why(slot);
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-why 1"}, {"slot", slot}, {"why", reasons}}.dump(2));
+    print_json(json{{"schema", "geocage-why 1"}, {"slot", slot}, {"why", reasons}});
   else
     fmt::print("{}", reasons);
   return 0;
@@ -285,7 +278,7 @@ int metrics(const Shared& shared, const std::string& pattern) {
     }
     fmt::print("\n");
   }
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-metrics 1"}, {"slots", list}}.dump(2));
+  if (shared.json) print_json(json{{"schema", "geocage-metrics 1"}, {"slots", list}});
   return 0;
 }
 
@@ -301,15 +294,14 @@ int show(const Shared& shared, const FlowRequest&, const std::string& slot) {
   json files = json::object();
   for (const auto& entry : fs::directory_iterator(folder)) files[entry.path().filename()] = entry.file_size();
   if (shared.json) {
-    fmt::print("{}\n", json{{"schema", "geocage-slot 1"},
-                            {"slot", slot},
-                            {"folder", folder.string()},
-                            {"recipe", record->recipe},
-                            {"metrics", record->metrics},
-                            {"files", files},
-                            {"seconds", record->seconds},
-                            {"made_at", record->made_at}}
-                           .dump(2));
+    print_json(json{{"schema", "geocage-slot 1"},
+                    {"slot", slot},
+                    {"folder", folder.string()},
+                    {"recipe", record->recipe},
+                    {"metrics", record->metrics},
+                    {"files", files},
+                    {"seconds", record->seconds},
+                    {"made_at", record->made_at}});
     return 0;
   }
   fmt::print("{}\n{}\nmade in {:.2f} s at {}\n\n{}\n", slot, folder.string(), record->seconds,
@@ -322,7 +314,7 @@ int show(const Shared& shared, const FlowRequest&, const std::string& slot) {
 int graph(const Shared& shared, const FlowRequest& request) {
   const std::string dot = Opened(shared, request).pipeline.graph_dot();
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-graph 1"}, {"dot", dot}}.dump(2));
+    print_json(json{{"schema", "geocage-graph 1"}, {"dot", dot}});
   else
     fmt::print("{}", dot);
   return 0;
@@ -335,7 +327,7 @@ int report(const Shared& shared, const FlowRequest& request, bool single_file, i
   summary.report = write_run_report(opened.flow, summary, shared.out,
                                     {pipeline::Ledger(opened.store).all(), single_file, pictures});
   if (shared.json)
-    fmt::print("{}\n", to_json(summary).dump(2));
+    print_json(to_json(summary));
   else
     print(summary);
   return exit_code(summary.counts);
@@ -343,11 +335,11 @@ int report(const Shared& shared, const FlowRequest& request, bool single_file, i
 
 int verify(const Shared& shared) {
   const Store store(shared.store);
-  const auto faults = store.verify();
+  const auto [artefacts, faults] = store.verify();
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-verify 1"}, {"faults", faults}}.dump(2));
+    print_json(json{{"schema", "geocage-verify 1"}, {"artefacts", artefacts}, {"faults", faults}});
   else if (faults.empty())
-    fmt::print("{}: every artefact has the digest that names it\n", store.root().string());
+    fmt::print("{}: {} artefacts, each has the digest that names it\n", store.root().string(), artefacts);
   else
     for (const auto& fault : faults) fmt::print("{}\n", fault);
   return faults.empty() ? 0 : static_cast<int>(pipeline::Fault::store);
@@ -357,11 +349,10 @@ int collect_garbage(const Shared& shared, bool dry_run) {
   const auto garbage = Store(shared.store).collect_garbage(dry_run);
   const double megabytes = static_cast<double>(garbage.bytes) / 1e6;
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-gc 1"},
-                            {"dry_run", dry_run},
-                            {"entries", garbage.paths.size()},
-                            {"bytes", garbage.bytes}}
-                           .dump(2));
+    print_json(json{{"schema", "geocage-gc 1"},
+                    {"dry_run", dry_run},
+                    {"entries", garbage.paths.size()},
+                    {"bytes", garbage.bytes}});
   else
     fmt::print("{} {} entries, {:.1f} MB\n", dry_run ? "would remove" : "removed", garbage.paths.size(),
                megabytes);

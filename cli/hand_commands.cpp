@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "cli/hand_pictures.h"
 #include "hands/hand_check.h"
 
@@ -55,13 +56,12 @@ int check_bare_urdf(const Shared& shared, const fs::path& urdf) {
   const std::string draft = hands::draft_hand_toml(tree, urdf.filename().string());
   const std::string problem = "there is no hand.toml beside " + urdf.string();
   if (shared.json) {
-    fmt::print("{}\n", json{{"schema", "geocage-hand-check 1"},
-                            {"joints", tree.moving_joints()},
-                            {"dofs", tree.dofs()},
-                            {"problems", {problem}},
-                            {"notes", json::array()},
-                            {"draft", draft}}
-                           .dump(2));
+    print_json(json{{"schema", "geocage-hand-check 1"},
+                    {"joints", tree.moving_joints()},
+                    {"dofs", tree.dofs()},
+                    {"problems", {problem}},
+                    {"notes", json::array()},
+                    {"draft", draft}});
   } else {
     fmt::print("The URDF is sound: {} links, {} moving joints, {} of them independent.\n", tree.links.size(),
                tree.moving_joints(), tree.dofs());
@@ -88,7 +88,7 @@ int list_hands(const Shared& shared, const fs::path& pictures) {
       print_row(hand);
   }
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-hands 1"}, {"hands", list}}.dump(2));
+    print_json(json{{"schema", "geocage-hands 1"}, {"hands", list}});
   else if (const std::string first = all.empty() ? "" : picture_of(all.front(), pictures); !first.empty())
     fmt::print("pictures: {}\n", fs::path(first).parent_path().string());
   return 0;
@@ -100,13 +100,12 @@ int check_hand(const Shared& shared, const std::string& path) {
   const hands::Hand hand = hands::load_hand(path);
   const hands::HandCheck check = hands::check_hand(hand);
   if (shared.json) {
-    fmt::print("{}\n", json{{"schema", "geocage-hand-check 1"},
-                            {"hand", hand.name},
-                            {"joints", hand.tree.moving_joints()},
-                            {"dofs", hand.tree.dofs()},
-                            {"problems", check.problems},
-                            {"notes", check.notes}}
-                           .dump(2));
+    print_json(json{{"schema", "geocage-hand-check 1"},
+                    {"hand", hand.name},
+                    {"joints", hand.tree.moving_joints()},
+                    {"dofs", hand.tree.dofs()},
+                    {"problems", check.problems},
+                    {"notes", check.notes}});
   } else {
     print_list(check.problems, "problem");
     print_list(check.notes, "note");

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "datasets/catalogue.h"
 
 namespace geocage::cli {
@@ -19,7 +20,7 @@ int list_stages(const Shared& shared) {
     else
       fmt::print("{:<12} {:>2}  {}\n", name, version, what);
   });
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-stages 1"}, {"stages", list}}.dump(2));
+  if (shared.json) print_json(json{{"schema", "geocage-stages 1"}, {"stages", list}});
   return 0;
 }
 
@@ -34,8 +35,7 @@ int list_params(const Shared& shared, const std::string& stage) {
     else
       fmt::print("{:<24} {:<24} {}\n{:<24} {}\n", field.name, value, type, "", field.help);
   }
-  if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-params 1"}, {"stage", stage}, {"fields", list}}.dump(2));
+  if (shared.json) print_json(json{{"schema", "geocage-params 1"}, {"stage", stage}, {"fields", list}});
   return 0;
 }
 
@@ -83,7 +83,7 @@ int list_entries(const Shared& shared, const std::vector<Entry>& entries,
       fmt::print("{:<16} {:<11} {:<6} {} ({}) {}\n", entry.name, word(found.presence), entry.kind,
                  source_of(entry), entry.shape.empty() ? entry.licence : "shape", found.reason);
   }
-  if (shared.json) fmt::print("{}\n", json{{"schema", "geocage-datasets 1"}, {"objects", list}}.dump(2));
+  if (shared.json) print_json(json{{"schema", "geocage-datasets 1"}, {"objects", list}});
   return all ? 0 : 1;
 }
 

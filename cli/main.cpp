@@ -1,9 +1,12 @@
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -72,7 +75,7 @@ class Program {
       const std::vector<std::string> words(argv + 1, argv + argc);
       const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(app_, words);
       if (unknown.empty()) return app_.exit(error, std::cout, std::cerr) == 0 ? 0 : exit_configuration;
-      fmt::print(stderr, "error: {} (--help lists them)\n", unknown);
+      tell(fmt::format("error: {} (--help lists them)\n", unknown));
       return exit_configuration;
     }
     return chosen_();
@@ -242,13 +245,32 @@ class Program {
     sub->add_option("--grasp", evaluate_.grasp, "a geocage-grasp file")->required();
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
-    sub->add_option("--loads", evaluate_.loads,
-                    "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
+    force_option<std::string>(
+        sub, "--loads", "loads",
+        "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
+    force_option<double>(sub, "--friction", "friction", "of geocage-force: Coulomb's mu (default: 0.6)");
+    force_option<double>(sub, "--push-m-s2", "push_m_s2", "of geocage-force: push per mass (default: 10)");
+    auto* mass =
+        force_option<double>(sub, "--mass-kg", "mass_kg", "of geocage-force: of the object (default: 0.1)");
+    force_option<double>(sub, "--density-kg-m3", "density_kg_m3",
+                         "of geocage-force: of the object's solid, in place of its mass")
+        ->excludes(mass);
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
     sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(positive);
     sub->add_flag("--margins", evaluate_.margins,
                   "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");
+  }
+
+  /// A parameter of the stage evaluate.
+  template <class Value>
+  CLI::Option* force_option(CLI::App* sub, const char* flag, const char* field, const char* help) {
+    return sub->add_option_function<Value>(
+        flag,
+        [this, flag, field](const Value& value) {
+          evaluate_.force.push_back({flag, "evaluate", field, value});
+        },
+        help);
   }
 
   CLI::App app_{"geocage: from noisy point clouds of objects to tested caging grasps"};
@@ -267,17 +289,28 @@ class Program {
 
 int guarded_main(int argc, char** argv) {
   try {
-    return Program().main(argc, argv);
+    const int code = Program().main(argc, argv);
+    errno = 0;
+    if (std::fflush(stdout) != 0 ||
+        std::ferror(stdout))  // what was printed by C++ streams may have failed before
+      throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(), "stdout");
+    return code;
   } catch (const pipeline::UserError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    tell(fmt::format("{}\n", error.what()));
     return static_cast<int>(error.fault());
   } catch (const std::system_error& error) {
-    fmt::print(stderr, "geocage: error: {}\n", error.what());
+    tell(fmt::format("geocage: error: {}\n", error.what()));
     return exit_store;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "geocage: this is a bug: {}\n", error.what());
+    tell(fmt::format("geocage: this is a bug: {}\n", error.what()));
     return exit_bug;
   }
+}
+
+/// Where a standard stream is closed, the next file that is opened would be taken for it.
+void open_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) open("/dev/null", O_RDWR);  // gets the lowest number that is free
 }
 
 }  // namespace
@@ -285,9 +318,10 @@ int guarded_main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace geocage::cli;
+  open_closed_streams();
   farewell = "\ngeocage: interrupted; what was made stays, and the same command goes on from here:\n  " +
              command_line(argc, argv) + "\n";
-  signal(SIGINT, geocage::cli::interrupted);
-  signal(SIGTERM, geocage::cli::interrupted);
-  return geocage::cli::guarded_main(argc, argv);
+  signal(SIGINT, interrupted);
+  signal(SIGTERM, interrupted);
+  return guarded_main(argc, argv);
 }

@@ -32,6 +32,7 @@ bool surely_object(const fs::path& file) {
 FlowObject object_of_file(const fs::path& file) {
   FlowObject object;
   object.name = file.stem();
+  if (object.name == "." || object.name == "..") object.name = "_" + object.name;  // slots are paths
   object.path = file;
   object.source = "file";
   std::error_code error;

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "cli/plan_scene.h"
 #include "hands/grasp.h"
 #include "motion/approach.h"
@@ -167,7 +168,7 @@ int plan(const Shared& shared, const std::filesystem::path& file) {
   const double dt = motion::shortest_step_s(found.path, limits_of(scene));
   const bool certified = found.proof.outcome == motion::Proof::free;
   if (shared.json) {
-    fmt::print("{}\n", to_json(scene, search.problem(), found, dt).dump(1));
+    print_json(to_json(scene, search.problem(), found, dt), 1);
     return certified ? 0 : 1;
   }
   fmt::print("{} {} after {} sweeps: cost {:.6g} to {:.6g}\n", found.planner, found.outcome, found.sweeps,

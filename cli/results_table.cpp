@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hands/grasp.h"
+#include "pipeline/text_file.h"
 #include "reports/bootstrap.h"
 #include "reports/results.h"
 #include "reports/statistics.h"
@@ -475,10 +476,7 @@ void write_summary(const Flow& flow, const std::vector<Table>& tables, const fs:
     }
     json["tables"][table.name] = {{"columns", table.columns}, {"rows", rows}};
   }
-  std::ofstream out(file, std::ios::binary);
-  out << json.dump(1) << "\n";
-  out.close();
-  if (!out) throw std::system_error(EIO, std::generic_category(), file.string());
+  pipeline::replace_text(file, json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace
@@ -487,10 +485,7 @@ fs::path write_results(const Flow& flow, const RunSummary& summary, const fs::pa
   const Table grasps = grasp_table(flow, summary);
   fs::path csv = folder / "results.csv";
   fs::create_directories(folder);
-  std::ofstream out(csv, std::ios::binary);
-  out << csv_text(grasps);
-  out.close();
-  if (!out) throw std::system_error(EIO, std::generic_category(), csv.string());
+  pipeline::replace_text(csv, csv_text(grasps));
   std::vector<Table> tables = {rate_table(flow, grasps), paired_table(flow, grasps), loss_table(flow, grasps),
                                agreement_table(flow, grasps)};
   write_summary(flow, tables, folder / "results.json");

@@ -12,6 +12,7 @@
 
 #include "cli/results_table.h"
 #include "pipeline/digest.h"
+#include "pipeline/text_file.h"
 #include "reports/viewer_files.h"
 
 namespace geocage::cli {
@@ -156,6 +157,10 @@ std::string stamp_of(const reports::ReportInput& input) {
   return pipeline::sha256_of(text.str());
 }
 
+fs::path stamp_file(const fs::path& folder) {
+  return folder / "report.key";
+}
+
 }  // namespace
 
 RunSummary summarise(const Flow& flow, std::vector<SlotResult> results) {
@@ -178,6 +183,15 @@ fs::path viewer_folder() {
   return folder ? folder : GEOCAGE_VIEWER_DIR;
 }
 
+pipeline::FileLock alone_in(const fs::path& folder) {
+  fs::create_directories(folder);
+  return pipeline::FileLock(folder / ".lock");
+}
+
+void forget_report(const fs::path& folder) {
+  fs::remove(stamp_file(folder));
+}
+
 fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder,
                           const ReportOptions& options) {
   if (options.single_file && !reports::viewer_is_built(viewer_folder()))
@@ -186,12 +200,13 @@ fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs:
                               "install node and npm and build again, or leave --single-file out");
   const auto input = input_of(flow, summary, options);
   const std::string stamp = stamp_of(input);
-  const fs::path stamp_file = folder / "report.key", page = folder / "index.html";
+  const fs::path page = folder / "index.html";
   std::string known;
-  std::getline(std::ifstream(stamp_file), known);
+  std::getline(std::ifstream(stamp_file(folder)), known);
   if (known != stamp || !fs::exists(page)) {
+    forget_report(folder);  // one that is broken off is neither the old one nor the new one
     reports::write_report(input, folder);
-    std::ofstream(stamp_file) << stamp << "\n";
+    pipeline::write_text(stamp_file(folder), stamp + "\n");
   }
   return options.single_file ? reports::write_single_file(folder) : page;
 }

@@ -36,6 +36,12 @@ struct ReportOptions {
   int pictures = 200;  ///< so many pairs are drawn at most, the first ones
 };
 
+/// Those who write into one folder do so one after the other, while each holds this.
+pipeline::FileLock alone_in(const std::filesystem::path& folder);
+
+/// The report in `folder` is written anew next time; whoever changes the folder says so first.
+void forget_report(const std::filesystem::path& folder);
+
 /// Writes the report into `folder` unless the one there shows the same; answers its index.html, or
 /// report.html for a single file. UserError (configuration) for a single file when the pages' scripts were
 /// not built.

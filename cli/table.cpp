@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <unistd.h>
 
 #include "pipeline/error.h"
 
@@ -117,7 +116,7 @@ std::string csv_text(const Table& table) {
 }
 
 void write_database(const std::vector<Table>& tables, const fs::path& file) {
-  const fs::path beside = file.string() + "." + std::to_string(getpid());
+  const fs::path beside = file.string() + ".new";
   fs::remove(beside);
   {
     const Database database = open_database(beside, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <sstream>
@@ -11,8 +10,10 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "geometry/mesh_files.h"
 #include "geometry/source_file.h"
+#include "pipeline/text_file.h"
 #include "pipeline/worker.h"
 #include "topology/balls.h"
 #include "topology/writhe.h"
@@ -57,31 +58,8 @@ pipeline::WorkerLimits tool_limits() {
           .hint = "a mesh with fewer triangles takes less"};
 }
 
-std::string text_of(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-}
-
-/// Writes beside and renames, so that a file is whole or not there.
-void write_whole(const fs::path& file, const std::function<void(const fs::path&)>& write) {
-  const fs::path beside =
-      file.parent_path() / ("." + file.filename().string() + ".part" + file.extension().string());
-  try {
-    write(beside);
-    fs::rename(beside, file);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(beside, ignored);
-    throw;
-  }
-}
+using pipeline::read_text;
+using pipeline::write_text;
 
 std::string csv_of(const geometry::TriangleMesh& mesh, const topology::BallFields& ball) {
   std::string csv =
@@ -125,10 +103,10 @@ int score(const Shared& shared, const ScoreOptions& options) {
   const auto work = [&](const fs::path& folder) {
     Listener run;
     const auto mesh = closed_mesh(options.mesh, options.unit, options.decimate, run);
-    std::ofstream(folder / "said") << run.said;
+    write_text(folder / "said", run.said);
     const auto metric = options.metric == "hop" ? topology::Metric::hop : topology::Metric::dijkstra;
     const auto ball = topology::ball_fields(mesh, {options.radius_m}, metric).radii.front();
-    std::ofstream(folder / "vertices") << mesh.vertices.size();
+    write_text(folder / "vertices", std::to_string(mesh.vertices.size()));
     if (name == "scores.ply")
       geometry::write_ply(folder / name, mesh, fields_of(ball));
     else if (name == "scores.json")
@@ -137,22 +115,22 @@ int score(const Shared& shared, const ScoreOptions& options) {
       write_text(folder / name, csv_of(mesh, ball));
   };
   const auto collect = [&](const fs::path& folder) {
-    std::ifstream(folder / "vertices") >> vertices;
-    if (!shared.quiet) fmt::print(stderr, "{}", text_of(folder / "said"));
+    vertices = std::stoul(read_text(folder / "vertices"));
+    if (!shared.quiet) tell(read_text(folder / "said"));
     if (!printed)
-      write_whole(options.out, [&](const fs::path& file) { fs::copy_file(folder / name, file); });
+      pipeline::replace_text(options.out, read_text(folder / name));
     else
-      text = text_of(folder / name);
+      text = read_text(folder / name);
   };
   pipeline::run_contained(tool_limits(), options.mesh.string(), work, collect);
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-score 1"},
-                            {"vertices", vertices},
-                            {"radius_m", options.radius_m},
-                            {"metric", options.metric},
-                            {"out", printed ? json() : json(options.out.string())},
-                            {"scores", printed ? json::parse(text) : json()}}
-                           .dump());
+    print_json(json{{"schema", "geocage-score 1"},
+                    {"vertices", vertices},
+                    {"radius_m", options.radius_m},
+                    {"metric", options.metric},
+                    {"out", printed ? json() : json(options.out.string())},
+                    {"scores", printed ? json::parse(text) : json()}},
+               -1);
   else if (printed)
     fmt::print("{}", text);
   return 0;
@@ -179,7 +157,7 @@ int writhe(const Shared& shared, const WritheOptions& options) {
     for (Eigen::Index j = 0; j < omega.cols(); ++j) row.push_back(omega(i, j));
     rows.push_back(row);
   }
-  fmt::print("{}\n", json{{"omega_sr", rows}, {"gli", gli}}.dump());
+  print_json(json{{"omega_sr", rows}, {"gli", gli}}, -1);
   return 0;
 }
 
@@ -270,6 +248,19 @@ std::vector<std::string> details_of(const json& entry) {
   return lines;
 }
 
+/// What geocage-force lets one choose. ConfigurationError: out of its bounds.
+stages::EvaluateParams chosen(const EvaluateOptions& options) {
+  stages::EvaluateParams params;
+  const pipeline::Fields fields = pipeline::fields_of(params);
+  std::vector<std::string> mistakes;
+  for (const pipeline::Setting& setting : options.force) {
+    pipeline::apply(setting, fields, mistakes);
+    if (setting.field == "density_kg_m3") params.weight = "density";
+  }
+  if (!mistakes.empty()) throw pipeline::ConfigurationError(std::move(mistakes));
+  return params;
+}
+
 Evaluated evaluated(const std::string& protocol, const std::string& where, const EvaluateOptions& options,
                     const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
                     const geometry::SignedDistanceField& field, const hands::Hand& hand) {
@@ -294,8 +285,8 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
         limits_of_evaluation(), where, [&] { return stages::cage(params, run, grasps, mesh, field, hand); }));
   } else {
     stages::EvaluateParams params;
+    if (protocol == params.protocol) params = chosen(options);
     params.protocol = protocol;
-    if (protocol == stages::EvaluateParams{}.protocol) params.loads = options.loads;
     params.object_geometry = "given";
     params.recorded_grasps = recorded, params.lift_grasps = every, params.margin_grasps = bisected;
     keep(pipeline::contained<stages::Evaluations>(limits_of_evaluation(), where, [&] {
@@ -309,11 +300,11 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
 
 int evaluate(const Shared& shared, const EvaluateOptions& options) {
   const auto protocols = protocols_of(options.protocol);
-  physics::find_loads(options.loads);
-  if (options.loads != stages::EvaluateParams{}.loads &&
-      std::ranges::count(protocols, stages::EvaluateParams{}.protocol) == 0)
-    throw UserError(Fault::configuration, "--loads", "presets of others name their own loads, the six pushes",
-                    "leave it out, or add geocage-force to --protocol");
+  const std::string own = chosen(options).protocol;
+  if (!options.force.empty() && std::ranges::count(protocols, own) == 0)
+    throw UserError(Fault::configuration, options.force.front().where,
+                    "only geocage-force takes it: every other protocol names its own",
+                    "leave it out, or add " + own + " to --protocol");
   if (options.record.has_parent_path() && !fs::is_directory(options.record.parent_path()))
     throw UserError(Fault::configuration, "--record " + options.record.string(), "its folder is not there");
   const auto hand = hands::load_hand(options.hand);
@@ -332,7 +323,7 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
   }
   Listener run;
   const auto mesh = closed_mesh(options.mesh, options.unit, options.decimate, run);
-  if (!shared.quiet) fmt::print(stderr, "{}", run.said);
+  if (!shared.quiet) tell(run.said);
   const std::string where = options.mesh.string() + ", " + options.grasp.string();
   const auto field = pipeline::contained<geometry::SignedDistanceField>(
       limits_of_evaluation(), where, [&] { return stages::field(stages::FieldParams{}, run, mesh); });
@@ -346,11 +337,7 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     std::ranges::move(seen.recordings, std::back_inserter(recordings));
   }
   if (!options.record.empty())
-    write_whole(options.record, [&](const fs::path& file) {
-      std::ofstream out(file);
-      out << physics::to_json(recordings).dump() << '\n';
-      if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-    });
+    pipeline::replace_text(options.record, physics::to_json(recordings).dump() + "\n");
   for (const json& entry : list) {
     const std::string outcome = entry["outcome"], protocol = entry["protocol"], reason = entry["reason"];
     bad += outcome == "rejected" || outcome == "error" || !entry["valid"].get<bool>();
@@ -360,9 +347,9 @@ int evaluate(const Shared& shared, const EvaluateOptions& options) {
     if (!shared.json)
       for (const std::string& line : details_of(entry)) fmt::print("  {}\n", line);
   }
-  if (shared.json && list.size() == 1) fmt::print("{}\n", list.front().dump(2));
+  if (shared.json && list.size() == 1) print_json(list.front());
   if (shared.json && list.size() != 1)
-    fmt::print("{}\n", json{{"schema", "geocage-evaluations 1"}, {"evaluations", list}}.dump(2));
+    print_json(json{{"schema", "geocage-evaluations 1"}, {"evaluations", list}});
   return bad == 0 ? 0 : 1;
 }
 

@@ -1,17 +1,17 @@
 #include <algorithm>
-#include <cerrno>
 #include <fstream>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/console.h"
 #include "cli/run_report.h"
 #include "geometry/cloud_files.h"
 #include "geometry/mesh_files.h"
 #include "hands/grasp.h"
+#include "pipeline/text_file.h"
 #include "reports/pair_page.h"
 #include "reports/viewer_files.h"
 #include "stages/import/import.h"
@@ -176,24 +176,20 @@ class Shelf {
   fs::path out_;
 };
 
-void write_bytes(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw std::system_error(errno ? errno : EIO, std::generic_category(), file.string());
-}
-
 }  // namespace
 
 int view(const Shared& shared, const ViewOptions& options) {
   const fs::path out = shared.out == "report" ? fs::path("view") : shared.out;
+  const auto alone = alone_in(out);
+  forget_report(out);
   Shelf shelf(options, out);
   for (const auto& file : options.files) shelf.add(file);
   fs::create_directories(out / "pictures");
   std::vector<std::string> models;
   for (std::size_t i = 0; i < shelf.pairs.size(); ++i) {
     const fs::path file = out / fmt::format("{}-{}.glb", i + 1, shelf.pairs[i].input.object);
-    write_bytes(file, reports::pair_glb(shelf.pairs[i], shelf.hands));
+    const auto model = reports::pair_glb(shelf.pairs[i], shelf.hands);
+    pipeline::replace_text(file, {reinterpret_cast<const char*>(model.data()), model.size()});
     models.push_back(file.string());
   }
   fs::path page;  // empty: there are no scripts to make one
@@ -207,15 +203,14 @@ int view(const Shared& shared, const ViewOptions& options) {
                           out);
     page = reports::write_single_file(out);
   } else {
-    fmt::print(stderr,
-               "geocage: there is no page, its scripts were not built (node, npm or the network was "
-               "missing); a glTF viewer opens the models\n");
+    tell(
+        "geocage: there is no page, its scripts were not built (node, npm or the network was "
+        "missing); a glTF viewer opens the models\n");
   }
   if (shared.json)
-    fmt::print("{}\n", json{{"schema", "geocage-view 1"},
-                            {"page", page.empty() ? json() : json(page.string())},
-                            {"models", models}}
-                           .dump(2));
+    print_json(json{{"schema", "geocage-view 1"},
+                    {"page", page.empty() ? json() : json(page.string())},
+                    {"models", models}});
   else
     fmt::print("{}\n", page.empty() ? fmt::format("{}", fmt::join(models, "\n")) : page.string());
   return 0;

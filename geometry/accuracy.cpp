@@ -9,6 +9,7 @@
 
 #include "geometry/repair.h"
 #include "geometry/surface_distance.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::geometry {
 
@@ -80,9 +81,7 @@ void save_artefact(const Accuracy& accuracy, const std::filesystem::path& dir) {
   nlohmann::ordered_json json = {{"schema", "geocage-accuracy 1"}};
   Accuracy copy = accuracy;
   for_each_number(copy, [&](const char* name, const auto& value) { json[name] = value; });
-  std::ofstream out(dir / "accuracy.json");
-  out << json.dump(2) << "\n";
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), (dir / "accuracy.json").string());
+  pipeline::write_text(dir / "accuracy.json", json.dump(2) + "\n");
 }
 
 void load_artefact(Accuracy& accuracy, const std::filesystem::path& dir) {

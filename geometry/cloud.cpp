@@ -3,10 +3,11 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 
 #include <nlohmann/json.hpp>
+
+#include "pipeline/text_file.h"
 
 namespace geocage::geometry {
 
@@ -58,20 +59,6 @@ std::string ply_of(const PointCloud& cloud) {
   return bytes;
 }
 
-void write(const fs::path& file, const std::string& bytes) {
-  std::ofstream out(file, std::ios::binary);
-  out << bytes;
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-}
-
-std::string read(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw std::system_error(errno, std::generic_category(), file.string());
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 }  // namespace
 
 PointCloud subset(const PointCloud& cloud, const std::vector<int>& chosen) {
@@ -102,7 +89,7 @@ std::string_view artefact_kind(const PointCloud*) {
 }
 
 void save_artefact(const PointCloud& cloud, const fs::path& dir) {
-  write(dir / "cloud.ply", ply_of(cloud));
+  pipeline::write_text(dir / "cloud.ply", ply_of(cloud));
   json origins = json::array();
   for (const Vec3& p : cloud.sensor_origins) origins.push_back(numbers(p));
   json meta = {{"schema", "geocage-cloud 1"},
@@ -114,12 +101,12 @@ void save_artefact(const PointCloud& cloud, const fs::path& dir) {
                {"support", nullptr}};
   if (cloud.support)
     meta["support"] = {{"normal", numbers(cloud.support->normal)}, {"offset_m", cloud.support->offset_m}};
-  write(dir / "cloud.json", meta.dump(1) + "\n");
+  pipeline::write_text(dir / "cloud.json", meta.dump(1) + "\n");
 }
 
 void load_artefact(PointCloud& cloud, const fs::path& dir) {
-  const json meta = json::parse(read(dir / "cloud.json"));
-  const std::string bytes = read(dir / "cloud.ply");
+  const json meta = json::parse(pipeline::read_text(dir / "cloud.json"));
+  const std::string bytes = pipeline::read_text(dir / "cloud.ply");
   const std::size_t count = meta["points"];
   const bool normals = meta["normals"], views = meta["views"], labels = meta["labels"];
   const std::size_t header = bytes.find("end_header\n") + 11,

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/surface_distance.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::geometry {
 
@@ -95,7 +96,7 @@ constexpr std::pair<const char*, double Decimation::*> lengths[] = {
 void save(const Decimation& done, const std::filesystem::path& file) {
   nlohmann::json json = {{"before", done.before}, {"after", done.after}, {"clustered", done.clustered}};
   for (const auto& [name, member] : lengths) json[name] = done.*member;
-  std::ofstream(file) << json;
+  pipeline::write_text(file, json.dump());
 }
 
 Decimation load_decimation(const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/distance_field.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::geometry {
 
@@ -57,15 +58,12 @@ void save_artefact(const SignedDistanceField& field, const fs::path& dir) {
   write_numbers(blocks, field.block);
   write_numbers(blocks, field.fine);
   expect(blocks.flush(), dir / "blocks.bin");
-  std::ofstream meta(dir / "field.json");
-  meta << json{{"schema", "geocage-field 2"},
-               {"origin_m", {field.origin.x(), field.origin.y(), field.origin.z()}},
-               {"cell_m", field.cell_m},
-               {"nodes", field.nodes},
-               {"fine_nodes", field.fine.size()}}
-              .dump(1)
-       << "\n";
-  expect(meta.flush(), dir / "field.json");
+  const json meta = {{"schema", "geocage-field 2"},
+                     {"origin_m", {field.origin.x(), field.origin.y(), field.origin.z()}},
+                     {"cell_m", field.cell_m},
+                     {"nodes", field.nodes},
+                     {"fine_nodes", field.fine.size()}};
+  pipeline::write_text(dir / "field.json", meta.dump(1) + "\n");
 }
 
 void load_artefact(SignedDistanceField& field, const fs::path& dir) {

@@ -1,10 +1,9 @@
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <system_error>
 
 #include "geometry/mesh.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::geometry {
 
@@ -71,17 +70,11 @@ void write_ply(const fs::path& file, const TriangleMesh& mesh, const std::vector
     put(bytes, static_cast<unsigned char>(3));
     for (std::int32_t v : t) put(bytes, v);
   }
-  std::ofstream out(file, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+  pipeline::write_text(file, bytes);
 }
 
 TriangleMesh read_own_ply(const fs::path& file, std::vector<VertexField>* fields) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw std::system_error(errno, std::generic_category(), file.string());
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string bytes = text.str();
+  const std::string bytes = pipeline::read_text(file);
   const Header header = read_header(bytes, file);
 
   TriangleMesh mesh;

@@ -14,6 +14,7 @@
 #include "geometry/surface_distance.h"
 #include "geometry/wrap.h"
 #include "pipeline/error.h"
+#include "pipeline/text_file.h"
 #include "pipeline/worker.h"
 
 namespace geocage::geometry {
@@ -95,7 +96,7 @@ void close_and_untangle(TriangleMesh& mesh, const RepairParams& params, RepairCo
 void save_counts(const RepairCounts& counts, const std::filesystem::path& dir) {
   nlohmann::json json;
   for (const auto& [name, member] : count_names) json[name] = counts.*member;
-  std::ofstream(dir / "counts.json") << json;
+  pipeline::write_text(dir / "counts.json", json.dump());
 }
 
 RepairCounts load_counts(const std::filesystem::path& dir) {

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/text_file.h"
+
 namespace geocage::geometry {
 
 namespace fs = std::filesystem;
@@ -32,9 +34,8 @@ void save_artefact(const Scene& scene, const fs::path& dir) {
                  static_cast<std::streamsize>(object.points.size() * sizeof(int)));
   }
   expect(points.flush(), dir / "points.bin");
-  std::ofstream meta(dir / "scene.json");
-  meta << json{{"schema", "geocage-scene 1"}, {"objects", objects}}.dump(1) << "\n";
-  expect(meta.flush(), dir / "scene.json");
+  pipeline::write_text(dir / "scene.json",
+                       json{{"schema", "geocage-scene 1"}, {"objects", objects}}.dump(1) + "\n");
 }
 
 void load_artefact(Scene& scene, const fs::path& dir) {

@@ -11,6 +11,7 @@
 
 #include "pipeline/error.h"
 #include "pipeline/nearest.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::hands {
 
@@ -96,9 +97,7 @@ json read_json(const std::filesystem::path& file) {
 }
 
 void write_json(const json& value, const std::filesystem::path& file) {
-  std::ofstream out(file, std::ios::binary);
-  out << value.dump(1) << '\n';
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+  pipeline::write_text(file, value.dump(1) + "\n");
 }
 
 std::vector<Grasp> grasps_from_json(const json& value, const std::string& where) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hands/grasp.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::motion {
 
@@ -21,12 +22,6 @@ namespace {
 
 fs::path file_of(const fs::path& dir, std::size_t i) {
   return dir / ("trajectory_" + std::to_string(i) + ".json");
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file);
-  out << text;
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
 }
 
 json to_json(const Trajectory& t) {
@@ -137,14 +132,15 @@ std::string_view artefact_kind(const TrajectorySet*) {
 void save_artefact(const TrajectorySet& set, const fs::path& dir) {
   for (std::size_t i = 0; i < set.trajectories.size(); ++i) {
     const Trajectory& t = set.trajectories[i];
-    write_text(file_of(dir, i), to_json(t).dump(1) + "\n");
+    pipeline::write_text(file_of(dir, i), to_json(t).dump(1) + "\n");
     if (t.q_rad.empty()) continue;
     const std::string name = "trajectory_" + std::to_string(i);
-    write_text(dir / (name + ".csv"), csv_of(t));
-    write_text(dir / (name + "_ros.yaml"), joint_trajectory_of(t));
+    pipeline::write_text(dir / (name + ".csv"), csv_of(t));
+    pipeline::write_text(dir / (name + "_ros.yaml"), joint_trajectory_of(t));
   }
-  write_text(dir / "trajectories.json",
-             json{{"schema", "geocage-trajectories 1"}, {"count", set.trajectories.size()}}.dump(1) + "\n");
+  pipeline::write_text(
+      dir / "trajectories.json",
+      json{{"schema", "geocage-trajectories 1"}, {"count", set.trajectories.size()}}.dump(1) + "\n");
 }
 
 void load_artefact(TrajectorySet& set, const fs::path& dir) {

@@ -61,7 +61,10 @@ std::string sha256_listing(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   std::string listing;
-  for (const auto& name : names) listing += sha256_of_file(folder / name) + "  " + name + "\n";
+  for (const auto& name : names) {
+    const bool file = fs::is_regular_file(folder / name);
+    listing += (file ? sha256_of_file(folder / name) : "no file") + "  " + name + "\n";
+  }
   return listing;
 }
 

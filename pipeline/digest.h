@@ -24,7 +24,7 @@ std::string sha256_of(std::string_view bytes);
 std::string sha256_of_file(const std::filesystem::path& file);
 
 /// What `sha256sum *` prints inside `folder` (names in byte order): the name of an artefact is its digest.
-/// std::system_error when a file can't be read.
+/// A folder has no digest and a line of its own. std::system_error when a file can't be read.
 std::string sha256_listing(const std::filesystem::path& folder);
 
 }  // namespace geocage::pipeline

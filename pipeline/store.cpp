@@ -3,10 +3,12 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <system_error>
+#include <thread>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -24,6 +26,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* format_line = "geocage-store 1\n";
+constexpr const char* lock_of_all = "open";  ///< in locks/, held by whoever has the store open
 
 [[noreturn]] void throw_errno(const fs::path& path) {
   throw std::system_error(errno, std::generic_category(), path.string());
@@ -64,6 +67,16 @@ void write_atomically(const fs::path& beside, const fs::path& file, const std::s
   fs::create_directories(file.parent_path());
   fs::rename(beside, file);
   sync_folder(file.parent_path());
+}
+
+/// Nothing for a folder that goes while it is looked at.
+std::optional<std::string> digest_of(const fs::path& folder) {
+  try {
+    return sha256_of(sha256_listing(folder));
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::no_such_file_or_directory) throw;
+    return {};
+  }
 }
 
 std::string number_text(double x) {
@@ -108,6 +121,28 @@ std::vector<fs::path> grandchildren(const fs::path& folder) {
   return found;
 }
 
+/// The names of variants are free, those of folders are not: longer parts of a slot's name go on in a folder.
+constexpr std::size_t longest_part = 200;
+constexpr std::string_view goes_on = "~+/";
+std::string folded(const std::string& slot) {
+  std::string path;
+  std::size_t part = 0;
+  for (char c : slot) {
+    part = c == '/' ? 0 : part + 1;
+    if (part > longest_part) {
+      path += goes_on;
+      part = 1;
+    }
+    path += c;
+  }
+  return path;
+}
+std::string unfolded(std::string path) {
+  for (std::size_t at = 0; (at = path.find(goes_on, at)) != std::string::npos;)
+    path.erase(at, goes_on.size());
+  return path;
+}
+
 std::uintmax_t bytes_in(const fs::path& path) {
   if (fs::is_regular_file(path)) return fs::file_size(path);
   std::uintmax_t bytes = 0;
@@ -129,6 +164,7 @@ Store::Store(fs::path root) : root_(std::move(root)) {
       throw UserError(Fault::store, root_.string(),
                       "this store has the format '" + text->substr(0, 40) + "', not 1",
                       "give another folder by --store");
+    open_ = std::make_shared<FileLock>(root_ / "locks" / lock_of_all, FileLock::Holders::many);
     return;
   }
   std::error_code error;
@@ -143,6 +179,7 @@ Store::Store(fs::path root) : root_(std::move(root)) {
   const fs::path desk = scratch();
   write_atomically(desk / "FORMAT", format, format_line);
   fs::remove(desk);
+  open_ = std::make_shared<FileLock>(root_ / "locks" / lock_of_all, FileLock::Holders::many);
 }
 
 fs::path Store::folder(const std::string& content) const {
@@ -152,7 +189,7 @@ fs::path Store::record_file(const std::string& key) const {
   return root_ / "records" / key.substr(0, 2) / key;
 }
 fs::path Store::slot_file(const std::string& name) const {
-  return root_ / "slots" / (name + ".slot");
+  return root_ / "slots" / (folded(name) + ".slot");
 }
 
 std::optional<Record> Store::find(const std::string& key) const {
@@ -166,18 +203,24 @@ std::optional<Record> Store::find(const std::string& key) const {
 bool Store::check(const std::string& content) const {
   const fs::path at = folder(content);
   if (!fs::exists(at)) return false;
-  if (sha256_of(sha256_listing(at)) == content) return true;
-  const fs::path cell = root_ / "quarantine";
+  if (digest_of(at) == content) return true;
+  const fs::path cell = root_ / "quarantine", mark = scratch();
   fs::create_directories(cell);
-  fs::rename(at, cell / (content + "-" + scratch().filename().string()));
+  std::error_code error;
+  fs::rename(at, cell / (content + "-" + mark.filename().string()), error);
+  fs::remove(mark);
+  if (error && error != std::errc::no_such_file_or_directory)  // else another process was faster
+    throw std::system_error(error, at.string());
   return false;
 }
 
 fs::path Store::scratch() const {
   static std::atomic<int> count{0};
-  fs::path folder = root_ / "tmp" / fmt::format("{}-{}-{}", host_name(), getpid(), count++);
-  fs::create_directories(folder);
-  return folder;
+  fs::create_directories(root_ / "tmp");
+  for (;;) {  // a process of another container may have the same host's name and the same number
+    fs::path folder = root_ / "tmp" / fmt::format("{}-{}-{}", host_name(), getpid(), count++);
+    if (fs::create_directory(folder)) return folder;
+  }
 }
 
 std::string Store::publish(const fs::path& scratch_folder) const {
@@ -191,8 +234,11 @@ std::string Store::publish(const fs::path& scratch_folder) const {
   fs::create_directories(at.parent_path());
   std::error_code error;
   fs::rename(scratch_folder, at, error);
-  if (error == std::errc::directory_not_empty || error == std::errc::file_exists)
+  const bool taken = error == std::errc::directory_not_empty || error == std::errc::file_exists;
+  if (taken && check(content))
     fs::remove_all(scratch_folder);  // the same content is there already
+  else if (taken)
+    fs::rename(scratch_folder, at);  // what was there is damaged and in quarantine now
   else if (error)
     throw std::system_error(error, at.string());
   sync_folder(at.parent_path());
@@ -231,12 +277,13 @@ std::vector<std::string> Store::slots() const {
   std::set<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(root_ / "slots"))
     if (entry.path().extension() == ".slot")
-      names.insert(fs::relative(entry.path(), root_ / "slots").replace_extension().string());
+      names.insert(unfolded(entry.path().lexically_relative(root_ / "slots").replace_extension().string()));
   return {names.begin(), names.end()};
 }
 
-std::vector<std::string> Store::verify() const {
-  std::vector<std::string> faults;
+Store::Verdict Store::verify() const {
+  Verdict verdict;
+  auto& faults = verdict.faults;
   for (const auto& file : grandchildren(root_ / "records")) {
     const auto record = record_of(read_text(file).value_or(""));
     if (!record || record->key() != file.filename())
@@ -244,10 +291,12 @@ std::vector<std::string> Store::verify() const {
     else if (!fs::exists(folder(record->content)))
       faults.push_back(file.string() + ": its artefact is missing; it will be made anew");
   }
-  for (const auto& artefact : grandchildren(root_ / "artefacts"))
+  for (const auto& artefact : grandchildren(root_ / "artefacts")) {
+    ++verdict.artefacts;
     if (!check(artefact.filename()))
       faults.push_back(artefact.string() + ": its files do not have the digest that names them; quarantined");
-  return faults;
+  }
+  return verdict;
 }
 
 std::vector<fs::path> Store::stale_scratch() const {
@@ -272,6 +321,10 @@ void Store::sweep_scratch() const {
 }
 
 Store::Garbage Store::collect_garbage(bool dry_run) const {
+  if (!dry_run && !open_->alone_within(2))
+    throw UserError(Fault::store, root_.string(),
+                    "another geocage works with this store, and may need what no slot names yet",
+                    "collect garbage when it has ended, or look with --dry-run");
   std::set<std::string> keys, contents;
   for (const auto& name : slots())
     if (const auto note = slot(name)) {
@@ -288,18 +341,45 @@ Store::Garbage Store::collect_garbage(bool dry_run) const {
     for (const auto& entry : fs::directory_iterator(root_ / "quarantine"))
       garbage.paths.push_back(entry.path());
   for (const auto& path : garbage.paths) garbage.bytes += bytes_in(path);
-  if (!dry_run)
-    for (const auto& path : garbage.paths) fs::remove_all(path);
+  if (dry_run) return garbage;
+  for (const auto& path : garbage.paths) fs::remove_all(path);
+  for (const auto& lock : fs::directory_iterator(root_ / "locks"))
+    if (lock.path().filename() != lock_of_all) fs::remove(lock.path());  // nobody else is here to hold one
+  open_->share();
   return garbage;
 }
 
-FileLock::FileLock(const fs::path& file) : file_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+FileLock::FileLock(const fs::path& file, Holders holders)
+    : file_(open(file.c_str(), (holders == Holders::one ? O_RDWR : O_RDONLY) | O_CREAT | O_CLOEXEC, 0644)) {
+  const bool many = holders == Holders::many;
+  if (file_ < 0 && many && (errno == EROFS || errno == EACCES || errno == ENOENT)) return;
   if (file_ < 0) throw_errno(file);
-  while (flock(file_, LOCK_EX) != 0)
+  while (flock(file_, many ? LOCK_SH : LOCK_EX) != 0)
     if (errno != EINTR) throw_errno(file);
 }
 FileLock::~FileLock() {
+  if (file_ < 0) return;
+  flock(file_, LOCK_UN);  // closing is not enough: workers that were forked meanwhile have it open
   close(file_);
+}
+
+bool FileLock::alone_within(double seconds) const {
+  using Clock = std::chrono::steady_clock;
+  const auto until = Clock::now() + std::chrono::duration<double>(seconds);
+  if (file_ < 0) return true;
+  flock(file_, LOCK_UN);  // of two that wait for each other one gets it
+  while (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    if (Clock::now() > until) {
+      share();
+      return false;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return true;
+}
+void FileLock::share() const {
+  while (file_ >= 0 && flock(file_, LOCK_SH) != 0 && errno == EINTR) {
+  }
 }
 
 }  // namespace geocage::pipeline

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,9 +25,28 @@ struct SlotNote {
   std::string key, content, recipe, previous_recipe;
 };
 
+/// Holds the lock of a file, made when it isn't there, while it lives; waits until it has it. The kernel lets
+/// go of it when the process dies, however it dies; a worker that was forked meanwhile keeps no part of it.
+class FileLock {
+ public:
+  enum class Holders { one, many };
+  /// For `many` holders the file may be one that can't be written, and without any file there is no lock.
+  explicit FileLock(const std::filesystem::path& file, Holders holders = Holders::one);
+  ~FileLock();
+  FileLock(const FileLock&) = delete;
+  FileLock& operator=(const FileLock&) = delete;
+
+  /// Whether it becomes the only holder within `seconds`; then it is, until share() or its end.
+  bool alone_within(double seconds) const;
+  void share() const;
+
+ private:
+  int file_ = -1;
+};
+
 /// A content-addressed store of artefacts (docs/store.md). Publishing is one rename of a finished folder;
-/// locks only save double work, so any number of processes may share a store. Trouble with the disk is a
-/// std::system_error that names the path.
+/// locks only save double work, so any number of processes may share a store. While one is open, no other
+/// process collects its garbage. Trouble with the disk is a std::system_error that names the path.
 class Store {
  public:
   /// Opens or makes the store at `root`. UserError (store) when the folder is something else or another
@@ -53,14 +73,19 @@ class Store {
   void write_slot(const std::string& name, const SlotNote& note) const;
   std::vector<std::string> slots() const;
 
-  /// Every fault found: a sentence each. Quarantines damaged artefacts.
-  std::vector<std::string> verify() const;
+  struct Verdict {
+    std::size_t artefacts = 0;        ///< looked at
+    std::vector<std::string> faults;  ///< a sentence each
+  };
+  /// Looks at every record and artefact. Quarantines damaged artefacts.
+  Verdict verify() const;
 
   struct Garbage {
     std::vector<std::filesystem::path> paths;
     std::uintmax_t bytes = 0;
   };
-  /// What no slot needs; removed unless `dry_run`.
+  /// What no slot needs; removed unless `dry_run`. UserError (store) while another process has the store
+  /// open: it may have made what no slot names yet.
   Garbage collect_garbage(bool dry_run) const;
   /// Removes scratch folders of processes of this host that are gone.
   void sweep_scratch() const;
@@ -70,19 +95,7 @@ class Store {
   std::filesystem::path slot_file(const std::string& name) const;
   std::vector<std::filesystem::path> stale_scratch() const;
   std::filesystem::path root_;
-};
-
-/// Holds the lock of a file, made when it isn't there, while it lives; waits until it has it. The kernel lets
-/// go of it when the process dies, however it dies.
-class FileLock {
- public:
-  explicit FileLock(const std::filesystem::path& file);
-  ~FileLock();
-  FileLock(const FileLock&) = delete;
-  FileLock& operator=(const FileLock&) = delete;
-
- private:
-  int file_ = -1;
+  std::shared_ptr<FileLock> open_;  ///< of many holders
 };
 
 }  // namespace geocage::pipeline

@@ -243,7 +243,7 @@ std::vector<std::uint8_t> Gltf::glb() const {
                                    {"animations", &animations_}})
     if (!list->empty()) all[name] = *list;
   if (!bytes_.empty()) all["buffers"] = {{{"byteLength", bytes_.size()}}};
-  std::string text = all.dump();
+  std::string text = all.dump(-1, ' ', false, json::error_handler_t::replace);  // names may be no UTF-8
   text.resize((text.size() + 3) / 4 * 4, ' ');
   Gltf file;  // for its `put`
   const auto chunk = [&](std::size_t size, const std::array<char, 4>& type) {

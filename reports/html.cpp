@@ -49,7 +49,8 @@ std::string element(std::string_view name, std::string_view content, std::string
 }
 
 std::string plain_name(std::string_view text) {
-  std::string name(text);
+  constexpr std::size_t longest = 100;  // with all that comes before and after, a file's name ends at 255
+  std::string name(text.substr(0, longest));
   std::ranges::replace_if(
       name, [](unsigned char c) { return !std::isalnum(c) && c != '.' && c != '-'; }, '_');
   return name;

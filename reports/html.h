@@ -12,7 +12,8 @@ namespace geocage::reports {
 std::string escaped(std::string_view text);
 /// `<name attributes>content</name>`; the content is HTML already.
 std::string element(std::string_view name, std::string_view content, std::string_view attributes = "");
-/// A name that is safe in files, ids and addresses: letters, digits, dot, dash; others become '_'.
+/// A name that is safe in files, ids and addresses: letters, digits, dot, dash; others become '_'. At most
+/// 100 of them: whoever needs it unique puts a number before it.
 std::string plain_name(std::string_view text);
 
 /// "12 mm", "3.4°", "1.5 s": two or three digits that count; "–" for NaN.

@@ -1,13 +1,11 @@
 #include "reports/report.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <set>
-#include <system_error>
 
 #include <fmt/format.h>
 
+#include "pipeline/text_file.h"
 #include "reports/html.h"
 #include "reports/pair_page.h"
 #include "reports/scene_page.h"
@@ -216,16 +214,6 @@ std::string page(const ReportInput& input, const std::vector<PairResults>& pairs
       escaped(input.title), style_sheet, body);
 }
 
-/// All or nothing: a reader never sees half a page.
-void write_by_rename(const fs::path& file, const std::string& text) {
-  const fs::path fresh = file.string() + ".new";
-  std::ofstream out(fresh, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::system_error(errno ? errno : EIO, std::generic_category(), fresh.string());
-  fs::rename(fresh, file);
-}
-
 }  // namespace
 
 std::map<std::string, double> SlotInput::figures() const {
@@ -254,7 +242,7 @@ fs::path write_report(const ReportInput& input, const fs::path& folder) {
                             fmt::format("scene-{}-{}", i + 1, plain_name(input.scenes[i].name)));
   const bool viewer = viewer_is_built(input.viewer);
   fs::path index = folder / "index.html";
-  write_by_rename(viewer ? folder / "plain.html" : index, page(input, pairs, figures, scenes, viewer));
+  pipeline::replace_text(viewer ? folder / "plain.html" : index, page(input, pairs, figures, scenes, viewer));
   if (viewer) write_viewer(input, pairs, figures, folder);
   return index;
 }

@@ -1,7 +1,6 @@
 #include "reports/viewer_files.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -14,6 +13,7 @@
 
 #include "geometry/distance_field.h"
 #include "hands/closing.h"
+#include "pipeline/text_file.h"
 #include "reports/html.h"
 #include "reports/packed.h"
 #include "reports/scenes.h"
@@ -31,19 +31,12 @@ namespace {
 constexpr const char* parts_of_viewer[] = {"app.js", "scene.js", "plots.js", "app.css"};
 constexpr std::size_t most_steps = 80;  ///< of a way that is played
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw std::system_error(errno ? errno : EIO, std::generic_category(), file.string());
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+using pipeline::read_text;
+using pipeline::write_text;
 
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw std::system_error(errno ? errno : EIO, std::generic_category(), file.string());
+/// Names may hold bytes that are no UTF-8.
+std::string text_of(const json& document) {
+  return document.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 json number(double x) {
@@ -248,7 +241,7 @@ class Writer {
       hands.push_back({{"name", hand.name}, {"model", name}, {"dofs", hand.tree.dof_names}});
     }
     for (std::size_t i = 0; i < pairs_.size(); ++i) list.push_back(pair(i));
-    put_text("overview", overview(std::move(list), std::move(hands)).dump());
+    put_text("overview", text_of(overview(std::move(list), std::move(hands))));
     for (const auto& figures : figures_)
       for (const Figure& figure : figures) files_.insert("pictures/" + figure.file);
     std::string names;
@@ -304,7 +297,7 @@ class Writer {
       told["hand_model"] = "hand-" + plain_name(in.hand);
     if (pair.grasps || pair.scores) {
       const std::string name = fmt::format("pair-{}", index + 1);
-      put_text(name, details(pair, index, told).dump());
+      put_text(name, text_of(details(pair, index, told)));
       told["details"] = name;
     }
     return told;
@@ -470,11 +463,11 @@ bool viewer_is_built(const fs::path& viewer) {
 void write_viewer(const ReportInput& input, const std::vector<PairResults>& pairs,
                   const std::vector<std::vector<Figure>>& figures, const fs::path& folder) {
   Writer(input, pairs, figures, folder).write();
-  write_text(folder / "index.html.new",
-             shell(input.title, "<link rel=\"stylesheet\" href=\"viewer/app.css\">",
-                   "<script src=\"viewer/app.js\"></script>",
-                   "<p>These pages need JavaScript. <a href=\"plain.html\">The plain page</a> doesn’t.</p>"));
-  fs::rename(folder / "index.html.new", folder / "index.html");
+  pipeline::replace_text(
+      folder / "index.html",
+      shell(input.title, "<link rel=\"stylesheet\" href=\"viewer/app.css\">",
+            "<script src=\"viewer/app.js\"></script>",
+            "<p>These pages need JavaScript. <a href=\"plain.html\">The plain page</a> doesn’t.</p>"));
 }
 
 fs::path write_single_file(const fs::path& folder) {
@@ -483,27 +476,26 @@ fs::path write_single_file(const fs::path& folder) {
     scripts += fmt::format("<script type=\"text/plain\" data-file=\"{}\">{}</script>\n", name, text);
   };
   for (const char* part : {"scene.js", "plots.js"})
-    add(fmt::format("viewer/{}", part), harmless(text_of(folder / "viewer" / part)));
-  std::istringstream files(text_of(folder / "viewer" / "files.txt"));
+    add(fmt::format("viewer/{}", part), harmless(read_text(folder / "viewer" / part)));
+  std::istringstream files(read_text(folder / "viewer" / "files.txt"));
   for (std::string name; std::getline(files, name);) {
-    const std::string bytes = text_of(folder / name);
+    const std::string bytes = read_text(folder / name);
     if (name.ends_with(".png"))
       add(name, "data:image/png;base64," +
                     base64(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size())));
     else
       add(name, bytes);
   }
-  scripts += "<script>" + harmless(text_of(folder / "viewer" / "app.js")) + "</script>";
-  const std::string index = text_of(folder / "index.html");
+  scripts += "<script>" + harmless(read_text(folder / "viewer" / "app.js")) + "</script>";
+  const std::string index = read_text(folder / "index.html");
   const std::size_t from = index.find("<title>") + 7;
   std::string title = index.substr(from, index.find("</title>") - from);
   fs::path single = folder / "report.html";
   // The title is escaped already.
-  std::string page = shell("", "<style>" + text_of(folder / "viewer" / "app.css") + "</style>", scripts,
+  std::string page = shell("", "<style>" + read_text(folder / "viewer" / "app.css") + "</style>", scripts,
                            "<p>These pages need JavaScript.</p>");
   page.insert(page.find("<title>") + 7, title);
-  write_text(single.string() + ".new", page);
-  fs::rename(single.string() + ".new", single);
+  pipeline::replace_text(single, page);
   return single;
 }
 

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/text_file.h"
 #include "topology/balls.h"
 
 namespace geocage::topology {
@@ -26,11 +27,6 @@ std::vector<double> coordinate(const std::vector<Vec3>& points, int k) {
   return values;
 }
 
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
-}
 json read_json(const fs::path& file) {
   std::ifstream in(file);
   if (!in) throw std::system_error(errno, std::generic_category(), file.string());
@@ -86,13 +82,14 @@ void save_artefact(const BallSet& set, const fs::path& dir) {
                    column.values.size() * sizeof(double));
     }
     const std::string file = "ball_" + std::to_string(i) + ".bin";
-    write_text(dir / file, bytes);
+    pipeline::write_text(dir / file, bytes);
     list.push_back({{"radius_m", ball.radius_m},
                     {"file", file},
                     {"vertices", ball.euler.size()},
                     {"columns_f64", names}});
   }
-  write_text(dir / "balls.json", json{{"schema", "geocage-balls 1"}, {"radii", list}}.dump(1) + "\n");
+  pipeline::write_text(dir / "balls.json",
+                       json{{"schema", "geocage-balls 1"}, {"radii", list}}.dump(1) + "\n");
 }
 
 void load_artefact(BallSet& set, const fs::path& dir) {

@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/text_file.h"
 #include "topology/agreement.h"
 
 namespace geocage::topology {
@@ -118,10 +119,7 @@ void save_artefact(const ScoreAgreement& agreement, const std::filesystem::path&
                               {"rank_correlation", number(one.rank_correlation)},
                               {"top_overlap", number(one.top_overlap)},
                               {"drift_m", number(one.drift_m)}});
-  const auto file = dir / "agreement.json";
-  std::ofstream out(file);
-  out << json.dump(2) << "\n";
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+  pipeline::write_text(dir / "agreement.json", json.dump(2) + "\n");
 }
 
 void load_artefact(ScoreAgreement& agreement, const std::filesystem::path& dir) {

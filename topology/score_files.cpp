@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "pipeline/text_file.h"
 #include "topology/scores.h"
 
 namespace geocage::topology {
@@ -82,10 +83,7 @@ void save_artefact(const Scores& scores, const fs::path& dir) {
   for (const Candidate& c : scores.candidates) list.push_back(to_json(c));
   const json all = {
       {"schema", "geocage-candidates 1"}, {"radius_m", scores.ball.radius_m}, {"candidates", list}};
-  const fs::path file = dir / "candidates.json";
-  std::ofstream out(file, std::ios::binary);
-  out << all.dump(1) << '\n';
-  if (!out.flush()) throw std::system_error(errno, std::generic_category(), file.string());
+  pipeline::write_text(dir / "candidates.json", all.dump(1) + "\n");
 }
 
 void load_artefact(Scores& scores, const fs::path& dir) {

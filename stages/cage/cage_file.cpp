@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/error.h"
+#include "pipeline/text_file.h"
 #include "stages/cage/cage.h"
 
 namespace geocage::stages {
@@ -199,12 +200,8 @@ void save_artefact(const CageEvaluations& all, const std::filesystem::path& dir)
                      {"valid", all.valid()},
                      {"self_check", physics::to_json(all.self_check)},
                      {"evaluations", entries}};
-  std::ofstream out(dir / "cages.json");
-  out.exceptions(std::ios::failbit | std::ios::badbit);
-  out << file.dump(1) << '\n';
-  std::ofstream recordings(dir / "recordings.json");
-  recordings.exceptions(std::ios::failbit | std::ios::badbit);
-  recordings << physics::to_json(all.recordings).dump() << '\n';
+  pipeline::write_text(dir / "cages.json", file.dump(1) + "\n");
+  pipeline::write_text(dir / "recordings.json", physics::to_json(all.recordings).dump() + "\n");
 }
 
 void load_artefact(CageEvaluations& all, const std::filesystem::path& dir) {

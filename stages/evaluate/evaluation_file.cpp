@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/error.h"
+#include "pipeline/text_file.h"
 #include "stages/evaluate/evaluate.h"
 
 namespace geocage::stages {
@@ -197,12 +198,8 @@ void save_artefact(const Evaluations& all, const std::filesystem::path& dir) {
                {"self_check", physics::to_json(all.self_check)},
                {"evaluations", entries}};
   file.update(chosen_json(all.params));
-  std::ofstream out(dir / "evaluations.json");
-  out.exceptions(std::ios::failbit | std::ios::badbit);
-  out << file.dump(1) << '\n';
-  std::ofstream recordings(dir / "recordings.json");
-  recordings.exceptions(std::ios::failbit | std::ios::badbit);
-  recordings << physics::to_json(all.recordings).dump() << '\n';
+  pipeline::write_text(dir / "evaluations.json", file.dump(1) + "\n");
+  pipeline::write_text(dir / "recordings.json", physics::to_json(all.recordings).dump() + "\n");
 }
 
 void load_artefact(Evaluations& all, const std::filesystem::path& dir) {

@@ -11,6 +11,7 @@
 
 #include "datasets/shapes.h"
 #include "geometry/mesh.h"
+#include "pipeline/store.h"
 #include "tests/cli/program.h"
 #include "tests/pipeline/scratch_folder.h"
 
@@ -303,6 +304,31 @@ TEST_F(Contract, ClosedPolylinesLink) {
   EXPECT_EQ(answer["omega_sr"].size(), 4u);
 }
 
+TEST_F(Contract, OutputThatIsLostIsCode5) {
+  const Ended full = geocage_in_shell("\"$GEOCAGE\" stages > /dev/full");
+  EXPECT_EQ(full.code, 5);
+  EXPECT_NE(full.err.find("No space left"), std::string::npos) << full.err;
+  EXPECT_EQ(geocage_in_shell("\"$GEOCAGE\" nonsense 2> /dev/full").code, 2);
+}
+
+// What is opened after a closed stream would get its number, and what is printed would go into it.
+TEST_F(Contract, StreamsMayBeClosed) {
+  const std::string store = "--store '" + file("store") + "'";
+  const Ended closed = geocage_in_shell("\"$GEOCAGE\" failures --json " + store + " <&- >&- 2>&-");
+  EXPECT_EQ(closed.code, 0);
+  EXPECT_EQ(geocage_in_shell("\"$GEOCAGE\" nonsense <&- >&- 2>&-").code, 2);
+  EXPECT_EQ(geocage({"verify", "--store", file("store")}).code, 0);
+}
+
+TEST_F(Contract, NamesNeedNotBeUtf8) {
+  const auto mesh = file("tasse_\xfc.ply");
+  geometry::write_ply(mesh, datasets::icosphere(0.04, 2));
+  const Ended ended = geocage({"score", mesh, "--radius-m", "0.03", "--json", "--out", file("\xfc.csv")});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(json::parse(ended.out)["out"].get<std::string>().ends_with("/\xef\xbf\xbd.csv"));
+  EXPECT_TRUE(std::filesystem::exists(file("\xfc.csv")));
+}
+
 TEST_F(Contract, StoreOfAnotherKindIsCode5) {
   write("song", "la");
   EXPECT_EQ(geocage({"verify", "--store", folder_.path().string()}).code, 5);
@@ -311,6 +337,15 @@ TEST_F(Contract, StoreOfAnotherKindIsCode5) {
 TEST_F(Contract, EmptyStoreVerifiesAndCollects) {
   EXPECT_EQ(geocage({"verify", "--store", file("store")}).code, 0);
   EXPECT_EQ(json::parse(geocage({"gc", "--dry-run", "--json", "--store", file("store")}).out)["entries"], 0);
+  EXPECT_EQ(geocage({"gc", "--store", file("store")}).code, 0);
+}
+
+TEST_F(Contract, GarbageOfAStoreInUseIsCode5) {
+  const pipeline::Store store(file("store"));
+  const Ended refused = geocage({"gc", "--json", "--store", file("store")});
+  EXPECT_EQ(refused.code, 5);
+  EXPECT_TRUE(refused.out.empty());
+  EXPECT_EQ(geocage({"gc", "--dry-run", "--store", file("store")}).code, 0);
 }
 
 }  // namespace

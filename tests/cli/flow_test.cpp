@@ -172,6 +172,21 @@ TEST_F(FlowRun, ArtefactsOpenInCommonTools) {
   EXPECT_FALSE(grasps.grasps.empty());
 }
 
+TEST_F(FlowRun, AFolderThatShowedSomethingElseShowsTheRunAgain) {
+  const auto title = [] {
+    std::string page;
+    std::getline(std::ifstream(*folder_ / "report" / "index.html"), page, '\0');
+    return page.substr(page.find("<title>") + 7, 4);
+  };
+  run();
+  ASSERT_EQ(title(), "flow");
+  const Ended view =
+      geocage({"view", (*folder_ / "bottle.ply").string(), "--out", (*folder_ / "report").string()});
+  ASSERT_EQ(view.code, 0) << view.err;
+  run();
+  EXPECT_EQ(title(), "flow");
+}
+
 TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
   const json answer = json::parse(first_.out);
   fs::path place;
@@ -181,8 +196,12 @@ TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
   ASSERT_FALSE(grasps.grasps.empty());
   std::ofstream(*folder_ / "one.json") << hands::to_json(grasps.grasps.front()).dump();
   const Ended ended = geocage({"evaluate", "--mesh", (*folder_ / "bottle.ply").string(), "--hand",
-                               "schunk_sdh", "--grasp", (*folder_ / "one.json").string(), "--json"});
+                               "schunk_sdh", "--grasp", (*folder_ / "one.json").string(), "--push-m-s2", "5",
+                               "--density-kg-m3", "300", "--friction", "0.5", "--json"});
   const json evaluation = json::parse(ended.out);
+  EXPECT_EQ(evaluation["engine"]["acceleration_m_s2"], 5);
+  EXPECT_EQ(evaluation["engine"]["density_kg_m3"], 300);
+  EXPECT_EQ(evaluation["engine"]["mu"], 0.5);
   EXPECT_EQ(evaluation["schema"], "geocage-evaluation 1");
   EXPECT_EQ(evaluation["protocol"], "geocage-force");
   if (evaluation["outcome"] == "held" || evaluation["outcome"] == "lost") {

@@ -17,7 +17,7 @@ namespace geocage::tests {
 namespace {
 
 pid_t start(const std::vector<std::string>& arguments, const std::vector<std::string>& environment,
-            const std::filesystem::path& folder) {
+            const std::filesystem::path& folder, const char* program = GEOCAGE_PROGRAM) {
   const pid_t child = fork();
   if (child != 0) return child;
   setpgid(0, 0);
@@ -25,7 +25,7 @@ pid_t start(const std::vector<std::string>& arguments, const std::vector<std::st
   dup2(open((folder / "out").c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
   dup2(open((folder / "err").c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
   for (const auto& variable : environment) putenv(const_cast<char*>(variable.c_str()));
-  std::vector<char*> argv = {const_cast<char*>(GEOCAGE_PROGRAM)};
+  std::vector<char*> argv = {const_cast<char*>(program)};
   for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   execv(argv[0], argv.data());
@@ -50,14 +50,23 @@ std::vector<pid_t> children_of(pid_t process) {
   return found;
 }
 
+Ended end_of(pid_t child, const ScratchFolder& folder) {
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"),
+          text_of(folder / "err")};
+}
+
 }  // namespace
 
 Ended geocage(const std::vector<std::string>& arguments, const std::vector<std::string>& environment) {
   const ScratchFolder folder;
-  int status = 0;
-  waitpid(start(arguments, environment, folder.path()), &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"),
-          text_of(folder / "err")};
+  return end_of(start(arguments, environment, folder.path()), folder);
+}
+
+Ended geocage_in_shell(const std::string& line) {
+  const ScratchFolder folder;
+  return end_of(start({"-c", line}, {"GEOCAGE=" GEOCAGE_PROGRAM}, folder.path(), "/bin/sh"), folder);
 }
 
 void geocage_killed(const std::vector<std::string>& arguments, int milliseconds) {
@@ -73,10 +82,7 @@ Ended geocage_interrupted(const std::vector<std::string>& arguments, int millise
   const pid_t child = start(arguments, {}, folder.path());
   usleep(static_cast<useconds_t>(milliseconds) * 1000);
   kill(child, SIGINT);
-  int status = 0;
-  waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "out"),
-          text_of(folder / "err")};
+  return end_of(child, folder);
 }
 
 Ended geocage_with_workers_killed(const std::vector<std::string>& arguments, int kills, int pause_ms,

@@ -13,6 +13,9 @@ struct Ended {
 /// Runs the built program with these arguments and extra environment ("NAME=value").
 Ended geocage(const std::vector<std::string>& arguments, const std::vector<std::string>& environment = {});
 
+/// Runs a line of the shell, in which "$GEOCAGE" is the built program.
+Ended geocage_in_shell(const std::string& line);
+
 /// Starts it and kills it after `milliseconds` (SIGKILL).
 void geocage_killed(const std::vector<std::string>& arguments, int milliseconds);
 

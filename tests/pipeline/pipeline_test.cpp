@@ -166,7 +166,7 @@ TEST_F(PipelineTest, DamagedArtefactIsMadeAnew) {
   fs::permissions(file, fs::perms::owner_write, fs::perm_options::add);
   std::ofstream(file) << "zz";
   EXPECT_EQ(Flow(store_).states(), "hit made hit ");
-  EXPECT_TRUE(store_.verify().empty());
+  EXPECT_TRUE(store_.verify().faults.empty());
 }
 
 TEST_F(PipelineTest, TwoRunsAtOnceMakeEachStageOnce) {
@@ -200,7 +200,7 @@ TEST_F(PipelineTest, KilledAtRandomMomentsLosesNothing) {
   Flow after(store_);
   EXPECT_EQ(after.states().find("failed"), std::string::npos);
   EXPECT_EQ(contents(after), contents(undisturbed));
-  EXPECT_TRUE(store_.verify().empty());
+  EXPECT_TRUE(store_.verify().faults.empty());
   store_.sweep_scratch();
   EXPECT_TRUE(fs::is_empty(store_.root() / "tmp"));
 }

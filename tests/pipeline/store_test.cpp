@@ -1,9 +1,15 @@
 #include "pipeline/store.h"
 
 #include <fstream>
+#include <future>
 #include <sstream>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "pipeline/digest.h"
 #include "pipeline/error.h"
@@ -75,6 +81,48 @@ TEST(Store, EveryFlippedByteIsFoundAndQuarantined) {
   }
 }
 
+TEST(Store, WhatIsPublishedReplacesWhatIsDamaged) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  const auto content = publish(store, "hello");
+  overwrite(store.folder(content) / "value.txt", 0, 'H');
+  EXPECT_EQ(publish(store, "hello"), content);
+  EXPECT_TRUE(store.check(content));
+}
+
+TEST(Store, AFolderInAnArtefactIsDamage) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  const auto content = publish(store, "hello");
+  fs::create_directory(store.folder(content) / "notes");
+  EXPECT_FALSE(store.check(content));
+}
+
+// Each of them finds it damaged, or gone because another one has put it away.
+TEST(Store, ManyMayFindOneArtefactDamaged) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  for (int round = 0; round < 50; ++round) {
+    const auto content = publish(store, "round " + std::to_string(round));
+    overwrite(store.folder(content) / "value.txt", 0, 'R');
+    std::vector<std::future<bool>> finders;
+    for (int i = 0; i < 4; ++i)
+      finders.push_back(std::async(std::launch::async, [&] { return store.check(content); }));
+    for (auto& finder : finders) EXPECT_FALSE(finder.get());
+  }
+}
+
+TEST(Store, ScratchOfAnotherProcessOfOneNameIsLeftAlone) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  const std::string first = store.scratch().filename();
+  const auto number = first.rfind('-') + 1;
+  const auto next =
+      store.root() / "tmp" / (first.substr(0, number) + std::to_string(std::stoi(first.substr(number)) + 1));
+  fs::create_directory(next);
+  EXPECT_NE(store.scratch(), next);
+}
+
 TEST(Store, TruncatedRecordIsNoRecord) {
   const tests::ScratchFolder folder;
   const Store store(folder / "store");
@@ -86,7 +134,7 @@ TEST(Store, TruncatedRecordIsNoRecord) {
     std::ofstream(file, std::ios::trunc) << whole.str().substr(0, length);
     EXPECT_FALSE(store.find(record.key())) << length;
   }
-  EXPECT_EQ(store.verify().size(), 1u);
+  EXPECT_EQ(store.verify().faults.size(), 1u);
 }
 
 TEST(Store, OtherFoldersAndFormatsAreRefused) {
@@ -111,6 +159,19 @@ TEST(Store, SlotsKeepWhatTheyWereMadeFrom) {
   EXPECT_EQ(store.slots(), (std::vector<std::string>{"mug/place/hand", "mug/scan"}));
 }
 
+// Names of files end at 255 bytes; those of variants name every level.
+TEST(Store, SlotsMayHaveLongNames) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  const std::string first = "mug@" + std::string(700, 'x') + "/remesh",
+                    other = "mug@" + std::string(701, 'x') + "/remesh";
+  store.write_slot(first, {"k", "c", "a = 1\n", ""});
+  EXPECT_FALSE(store.slot(other));
+  store.write_slot(other, {"k2", "c2", "b = 1\n", ""});
+  EXPECT_EQ(store.slot(first)->key, "k");
+  EXPECT_EQ(store.slots(), (std::vector<std::string>{first, other}));
+}
+
 TEST(Store, GarbageIsWhatNoSlotNeeds) {
   const tests::ScratchFolder folder;
   const Store store(folder / "store");
@@ -122,6 +183,49 @@ TEST(Store, GarbageIsWhatNoSlotNeeds) {
   EXPECT_FALSE(store.find(lost.key()));
   EXPECT_TRUE(store.find(kept.key()));
   EXPECT_TRUE(store.collect_garbage(false).paths.empty());
+}
+
+// Two of one process are as two processes: the lock goes with the opened file.
+TEST(Store, GarbageStaysWhileAnotherHasTheStoreOpen) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  const Record lost = record_of(store, "lost\n", "lost");
+  {
+    const Store other(folder / "store");
+    EXPECT_THROW(store.collect_garbage(false), UserError);
+    EXPECT_EQ(store.collect_garbage(true).paths.size(), 2u);
+    EXPECT_TRUE(store.find(lost.key()));
+  }
+  EXPECT_EQ(store.collect_garbage(false).paths.size(), 2u);
+  EXPECT_FALSE(store.find(lost.key()));
+  const Store other(folder / "store");  // does not wait for the collector that has ended
+}
+
+TEST(Store, LocksOfSlotsAreGarbageToo) {
+  const tests::ScratchFolder folder;
+  const Store store(folder / "store");
+  { const FileLock lock(store.root() / "locks" / "key"); }
+  store.collect_garbage(false);
+  EXPECT_FALSE(fs::exists(store.root() / "locks" / "key"));
+}
+
+// The worker has the file open, too: closing it here alone would leave the lock to it.
+TEST(FileLock, GoesWithItsScopeThoughAWorkerLives) {
+  const tests::ScratchFolder folder;
+  pid_t worker = 0;
+  {
+    const FileLock lock(folder / "lock");
+    worker = fork();
+    if (worker == 0) {
+      pause();
+      _exit(0);
+    }
+  }
+  const int file = open((folder / "lock").c_str(), O_RDWR | O_CLOEXEC);
+  EXPECT_EQ(flock(file, LOCK_EX | LOCK_NB), 0);
+  close(file);
+  kill(worker, SIGKILL);
+  waitpid(worker, nullptr, 0);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ TEST(HtmlCheck, FindsFlaws) {
 TEST(Html, EscapesWhatWouldBeMarkup) {
   EXPECT_EQ(escaped("<a href=\"x\">'&'"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;");
   EXPECT_EQ(plain_name("../mug <1>&"), ".._mug__1__");
+  EXPECT_EQ(plain_name(std::string(300, 'x')), std::string(100, 'x'));
 }
 
 TEST(Html, NumbersKeepThreeDigitsAndTheirUnit) {
