@@ -76,9 +76,10 @@ int plan(const Shared& shared, const std::filesystem::path& scene);
 
 struct EvaluateOptions {
   std::filesystem::path mesh, grasp, record;  ///< record: a file for playback, or none
-  std::string hand, protocol = "geocage-force", unit = "m", loads = "axes";
-  bool margins = false;  ///< bisected, too
-  int decimate = 0;      ///< to so many faces, meshes of more than ten million
+  std::string hand, protocol = "geocage-force", unit = "m";
+  std::vector<pipeline::Setting> force;  ///< of the stage evaluate, for geocage-force alone
+  bool margins = false;                  ///< bisected, too
+  int decimate = 0;                      ///< to so many faces, meshes of more than ten million
 };
 int evaluate(const Shared& shared, const EvaluateOptions& options);
 

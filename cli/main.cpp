@@ -245,13 +245,32 @@ class Program {
     sub->add_option("--grasp", evaluate_.grasp, "a geocage-grasp file")->required();
     sub->add_option("--protocol", evaluate_.protocol,
                     "preset, several with commas, or all (default: geocage-force)");
-    sub->add_option("--loads", evaluate_.loads,
-                    "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
+    force_option<std::string>(
+        sub, "--loads", "loads",
+        "of geocage-force: axes (six pushes, the default), or all (26 pushes and six torques)");
+    force_option<double>(sub, "--friction", "friction", "of geocage-force: Coulomb's mu (default: 0.6)");
+    force_option<double>(sub, "--push-m-s2", "push_m_s2", "of geocage-force: push per mass (default: 10)");
+    auto* mass =
+        force_option<double>(sub, "--mass-kg", "mass_kg", "of geocage-force: of the object (default: 0.1)");
+    force_option<double>(sub, "--density-kg-m3", "density_kg_m3",
+                         "of geocage-force: of the object's solid, in place of its mass")
+        ->excludes(mass);
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
     sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(positive);
     sub->add_flag("--margins", evaluate_.margins,
                   "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");
+  }
+
+  /// A parameter of the stage evaluate.
+  template <class Value>
+  CLI::Option* force_option(CLI::App* sub, const char* flag, const char* field, const char* help) {
+    return sub->add_option_function<Value>(
+        flag,
+        [this, flag, field](const Value& value) {
+          evaluate_.force.push_back({flag, "evaluate", field, value});
+        },
+        help);
   }
 
   CLI::App app_{"geocage: from noisy point clouds of objects to tested caging grasps"};

@@ -248,6 +248,19 @@ std::vector<std::string> details_of(const json& entry) {
   return lines;
 }
 
+/// What geocage-force lets one choose. ConfigurationError: out of its bounds.
+stages::EvaluateParams chosen(const EvaluateOptions& options) {
+  stages::EvaluateParams params;
+  const pipeline::Fields fields = pipeline::fields_of(params);
+  std::vector<std::string> mistakes;
+  for (const pipeline::Setting& setting : options.force) {
+    pipeline::apply(setting, fields, mistakes);
+    if (setting.field == "density_kg_m3") params.weight = "density";
+  }
+  if (!mistakes.empty()) throw pipeline::ConfigurationError(std::move(mistakes));
+  return params;
+}
+
 Evaluated evaluated(const std::string& protocol, const std::string& where, const EvaluateOptions& options,
                     const hands::GraspSet& grasps, const geometry::TriangleMesh& mesh,
                     const geometry::SignedDistanceField& field, const hands::Hand& hand) {
@@ -272,8 +285,8 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
         limits_of_evaluation(), where, [&] { return stages::cage(params, run, grasps, mesh, field, hand); }));
   } else {
     stages::EvaluateParams params;
+    if (protocol == params.protocol) params = chosen(options);
     params.protocol = protocol;
-    if (protocol == stages::EvaluateParams{}.protocol) params.loads = options.loads;
     params.object_geometry = "given";
     params.recorded_grasps = recorded, params.lift_grasps = every, params.margin_grasps = bisected;
     keep(pipeline::contained<stages::Evaluations>(limits_of_evaluation(), where, [&] {
@@ -287,11 +300,11 @@ Evaluated evaluated(const std::string& protocol, const std::string& where, const
 
 int evaluate(const Shared& shared, const EvaluateOptions& options) {
   const auto protocols = protocols_of(options.protocol);
-  physics::find_loads(options.loads);
-  if (options.loads != stages::EvaluateParams{}.loads &&
-      std::ranges::count(protocols, stages::EvaluateParams{}.protocol) == 0)
-    throw UserError(Fault::configuration, "--loads", "presets of others name their own loads, the six pushes",
-                    "leave it out, or add geocage-force to --protocol");
+  const std::string own = chosen(options).protocol;
+  if (!options.force.empty() && std::ranges::count(protocols, own) == 0)
+    throw UserError(Fault::configuration, options.force.front().where,
+                    "only geocage-force takes it: every other protocol names its own",
+                    "leave it out, or add " + own + " to --protocol");
   if (options.record.has_parent_path() && !fs::is_directory(options.record.parent_path()))
     throw UserError(Fault::configuration, "--record " + options.record.string(), "its folder is not there");
   const auto hand = hands::load_hand(options.hand);

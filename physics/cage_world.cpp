@@ -72,21 +72,29 @@ CageWorld::CageWorld(const CageEngine& engine, const ObjectBody& object, double 
 
 int CageWorld::step(const Vec3& force_W_n, const Vec3& torque_W_nm) {
   penetration_m_ = 0;
-  const double kick = force_W_n.norm() * object_.getInvMass() * engine_.dt_s;
-  const double surface_m_s = velocity_m_s().norm() + kick + radius_m_ * spin_rad_s().norm();
+  // v' = a - v / tau ends a step at kept v + acting dt a, whatever its length.
+  const double tau = engine_.damping_s;
+  const auto kept = [&](double dt) { return tau > 0 ? std::exp(-dt / tau) : 1; };
+  const auto acting = [&](double dt) { return tau > 0 ? (1 - kept(dt)) * tau / dt : 1; };
+  const btVector3 force = bullet(force_W_n), torque = bullet(torque_W_nm);
+  const auto fastest = [&](const btVector3& v, const btVector3& a) {
+    const double dt = engine_.dt_s;
+    return std::max(v.length(), (kept(dt) * v + acting(dt) * dt * a).length());
+  };
+  const double surface_m_s =
+      fastest(object_.getLinearVelocity(), object_.getInvMass() * force) +
+      radius_m_ * fastest(object_.getAngularVelocity(), object_.getInvInertiaTensorWorld() * torque);
   const double wanted = std::ceil(surface_m_s * engine_.dt_s / engine_.most_motion_m);
   const int parts = static_cast<int>(std::clamp<double>(wanted, 1, engine_.most_parts));
   const double dt = engine_.dt_s / parts;
   for (int part = 0; part < parts; ++part) {
-    object_.applyCentralForce(bullet(force_W_n));
-    object_.applyTorque(bullet(torque_W_nm));
+    object_.setLinearVelocity(kept(dt) * object_.getLinearVelocity());
+    object_.setAngularVelocity(kept(dt) * object_.getAngularVelocity());
+    object_.applyCentralForce(acting(dt) * force);
+    object_.applyTorque(acting(dt) * torque);
     shape_.set_contact_m(engine_.contact_m + std::min(surface_m_s * dt, engine_.most_motion_m));
     world_.stepSimulation(dt, 0);
     penetration_m_ = std::max(penetration_m_, deepest_contact_m(dispatcher_));
-    if (engine_.damping_s <= 0) continue;
-    const double kept = std::exp(-dt / engine_.damping_s);
-    object_.setLinearVelocity(kept * object_.getLinearVelocity());
-    object_.setAngularVelocity(kept * object_.getAngularVelocity());
   }
   return parts;
 }

@@ -54,7 +54,7 @@ struct CageEngine {
   int iterations = 400;         ///< at most: they end once no contact changes its speed by more than 1 um/s
   double way_out_m_s = 0.02;    ///< fastest that a penetration is undone
   double contact_m = 1e-3;      ///< contacts are made from this gap on, plus what a step may close
-  double damping_s = 0.02;      ///< velocities shrink by exp(-dt / damping_s) a step; 0: they do not
+  double damping_s = 0.02;      ///< v' = F / m - v / damping_s, exact in a step of any length; 0: no damping
   bool axis_locked = false;     ///< no translation along z of W
 };
 

@@ -277,7 +277,8 @@ void report(const CageEvaluations& all, int loosening_trials, pipeline::Run& run
 
 /// Searches for ways out with less of a rise than those found, of the first grasps.
 void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>& locked,
-                  const CageParams& params, const geometry::SignedDistanceField& field) {
+                  const CageParams& params, const geometry::SignedDistanceField& field,
+                  const std::function<void()>& one_done) {
   constexpr int halvings = 4;
   struct Wanted {
     physics::EscapeSearch* search;
@@ -299,6 +300,8 @@ void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>
         physics::six_directions()[way].axis_O, search->rise_m[way], halvings);
     search->rise_m[way] = bound.rise_m;
     search->unfound_rise_m[way] = bound.unfound_m;
+#pragma omp critical
+    one_done();
   });
 }
 
@@ -401,11 +404,14 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     });
   }
 
+  const std::size_t bisections =  // at most: only of grasps with a way out
+      physics::six_directions().size() * std::min<std::size_t>(postures.size(), params.energy_grasps);
   std::size_t done = 0;
+  const auto one_done = [&] { run.progress(++done, work.size() + bisections); };
   pipeline::for_each_item(work.size(), [&](std::size_t i) {
     work[i]();
 #pragma omp critical
-    run.progress(++done, work.size());
+    one_done();
   });
 
   for (CageEvaluation& evaluation : all.list)
@@ -413,7 +419,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
       judge(evaluation, *locked[evaluation.grasp], params, protocol);
       evaluation.loosening = std::move(loosened[evaluation.grasp]);
     }
-  bisect_rises(all, locked, params, field);
+  bisect_rises(all, locked, params, field, one_done);
   all.self_check = checked(locked, params, body);
   all.recordings = recorded(locked, postures, grasps, hand, params, body);
   std::vector<Locked*> fars, opens, randoms;

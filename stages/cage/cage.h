@@ -99,7 +99,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
                      const geometry::TriangleMesh& object, const geometry::SignedDistanceField& field,
                      const hands::Hand& hand);
 
-inline constexpr pipeline::Stage cage_stage{"cage", 9, &cage};
+inline constexpr pipeline::Stage cage_stage{"cage", 10, &cage};
 
 /// The document "geocage-evaluation 1" of one entry, with `ring`, `wrenches` and `escape_search` beside
 /// `directions`.

@@ -259,6 +259,23 @@ TEST_F(BadInput, WhatIsEvaluated) {
   const Ended mismatched = evaluate("ball.ply", other);
   EXPECT_EQ(mismatched.code, 3) << mismatched.err;
   EXPECT_TRUE(says(mismatched, "--hand barrett_bh280")) << mismatched.err;
+  // Numbers that are chosen: in their bounds, not twice, and of geocage's own test alone.
+  const auto choosing = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> all = {"evaluate",   "--mesh",  (folder_ / "ball.ply").string(),     "--hand",
+                                    "schunk_sdh", "--grasp", write("grasp.json", inside).string()};
+    all.insert(all.end(), flags.begin(), flags.end());
+    return geocage(all);
+  };
+  for (const auto& [flags, words] : std::vector<std::pair<std::vector<std::string>, const char*>>{
+           {{"--push-m-s2", "0"}, "--push-m-s2"},
+           {{"--friction", "nan"}, "--friction"},
+           {{"--loads", "axe"}, "--loads"},
+           {{"--mass-kg", "1", "--density-kg-m3", "300"}, "--mass-kg"},
+           {{"--protocol", "bodex", "--friction", "0.5"}, "only geocage-force takes it"}}) {
+    const Ended ended = choosing(flags);
+    EXPECT_EQ(ended.code, 2) << words << ended.err;
+    EXPECT_TRUE(says(ended, words)) << ended.err;
+  }
   const Ended none = evaluate("ball.ply", R"({"schema": "geocage-grasps 1", "grasps": []})");
   EXPECT_EQ(none.code, 3) << none.err;
   EXPECT_TRUE(says(none, "holds no grasp")) << none.err;

@@ -232,8 +232,12 @@ TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {
   ASSERT_FALSE(grasps.grasps.empty());
   std::ofstream(*folder_ / "one.json") << hands::to_json(grasps.grasps.front()).dump();
   const Ended ended = geocage({"evaluate", "--mesh", (*folder_ / "bottle.ply").string(), "--hand",
-                               "schunk_sdh", "--grasp", (*folder_ / "one.json").string(), "--json"});
+                               "schunk_sdh", "--grasp", (*folder_ / "one.json").string(), "--push-m-s2", "5",
+                               "--density-kg-m3", "300", "--friction", "0.5", "--json"});
   const json evaluation = json::parse(ended.out);
+  EXPECT_EQ(evaluation["engine"]["acceleration_m_s2"], 5);
+  EXPECT_EQ(evaluation["engine"]["density_kg_m3"], 300);
+  EXPECT_EQ(evaluation["engine"]["mu"], 0.5);
   EXPECT_EQ(evaluation["schema"], "geocage-evaluation 1");
   EXPECT_EQ(evaluation["protocol"], "geocage-force");
   if (evaluation["outcome"] == "held" || evaluation["outcome"] == "lost") {
