@@ -114,14 +114,19 @@ inline double SectionWalker::along_v(const Plane& plane, int vertex) const {
          plane.v[2] * (p.z - plane.center[2]);
 }
 
-/// From the source to where the plane cuts an edge.
-double SectionWalker::point_distance2(const Plane& plane, Crossing edge) const {
-  const int above = static_cast<int>(edge >> 32), below = static_cast<int>(edge & 0xffffffff);
-  const double *p = &mesh_.points[above].x, *q = &mesh_.points[below].x;
-  const double h = height(plane, above), g = height(plane, below), s = 1 / (h - g);
+/// From the source to where the plane cuts the edge between p and q, h and g over it.
+inline double SectionWalker::cut_distance2(const Plane& plane, const double* p, double h, const double* q,
+                                           double g) {
+  const double s = 1 / (h - g);
   double sum = 0;
   for (int i = 0; i < 3; ++i) sum += square((h * q[i] - g * p[i]) * s - plane.source[i]);
   return sum;
+}
+
+double SectionWalker::point_distance2(const Plane& plane, Crossing edge) const {
+  const int above = static_cast<int>(edge >> 32), below = static_cast<int>(edge & 0xffffffff);
+  return cut_distance2(plane, &mesh_.points[above].x, height(plane, above), &mesh_.points[below].x,
+                       height(plane, below));
 }
 
 /// From the source to the piece of the plane in the triangle a b c, where the plane crosses the edge a b.
@@ -144,30 +149,48 @@ bool SectionWalker::bounds_triangle(const LaneBall& ball, int half_edge) const {
 }
 
 /// From the source step by step to a neighbour nearer to the plane, until an edge of a triangle of the ball
-/// crosses it; that edge as a half-edge, or -1 where there is no way down.
-int SectionWalker::first_crossing(const LaneBall& ball, const Plane& plane, int source) const {
+/// crosses it; that edge as a half-edge, or -1 where there is no way down. A ring's neighbours on both sides
+/// of an edge are the corners opposite to it.
+SectionWalker::Start SectionWalker::first_crossing(const LaneBall& ball, const Plane& plane,
+                                                   int source) const {
   int at = source;
   double here = height(plane, at);
   for (;;) {
-    int found = -1, lower = -1;
-    double least = std::numeric_limits<double>::infinity(), low = std::abs(here);
-    for (int i = mesh_.link_start[at]; i < mesh_.link_start[at + 1]; ++i) {
-      const int neighbour = mesh_.links.neighbour[i], half_edge = mesh_.links.half_edge[i];
-      if (!ball.has(neighbour)) continue;
-      const double other = height(plane, neighbour);
-      if ((other >= 0) != (here >= 0)) {
-        if (half_edge < 0 || !bounds_triangle(ball, half_edge)) continue;
-        const double d =
-            point_distance2(plane, here >= 0 ? crossing(at, neighbour) : crossing(neighbour, at));
-        if (d >= least) continue;
-        least = d;
-        found = half_edge;
-      } else if (std::abs(other) < low) {
-        low = std::abs(other);
-        lower = neighbour;
+    Start start;
+    int lower = -1, runs = 0;
+    double low = std::abs(here);
+    start.distance2 = std::numeric_limits<double>::infinity();
+    const int first = mesh_.link_start[at], last = mesh_.link_start[at + 1];
+    bool before = first < last && ball.has(mesh_.links.neighbour[last - 1]), crossed = false, wraps = false;
+    bool inside = first < last && ball.has(mesh_.links.neighbour[first]);
+    for (int i = first; i < last; ++i) {
+      const int neighbour = mesh_.links.neighbour[i];
+      const bool after = ball.has(mesh_.links.neighbour[i + 1 < last ? i + 1 : first]);
+      bool crosses_here = false;
+      if (inside) {
+        const double other = height(plane, neighbour);
+        crosses_here = (other >= 0) != (here >= 0);
+        if (!crosses_here && std::abs(other) < low) {
+          low = std::abs(other);
+          lower = neighbour;
+        }
+        if (crosses_here && (before || after) && mesh_.links.half_edge[i] >= 0) {
+          const double d = cut_distance2(plane, &mesh_.points[at].x, here, &mesh_.points[neighbour].x, other);
+          if (d < start.distance2) {
+            start.distance2 = d;
+            start.half_edge = mesh_.links.half_edge[i];
+          }
+        }
       }
+      runs += crosses_here && !crossed;
+      if (i == first) wraps = crosses_here;
+      crossed = crosses_here;
+      before = inside;
+      inside = after;
     }
-    if (found >= 0 || lower < 0) return found;
+    start.at_source = at == source;
+    start.one_run = runs - (wraps && crossed && runs > 1) == 1;
+    if (start.half_edge >= 0 || lower < 0) return start;
     at = lower;
     here = here >= 0 ? low : -low;
   }
@@ -229,7 +252,7 @@ void SectionWalker::walk(const std::vector<CutTask>& tasks, Tip Walk::*which) {
   steps_.clear();
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     Walk& walk = walks_[i];
-    if (walk.start < 0) continue;
+    if (walk.start.half_edge < 0) continue;
     const bool known = which == &Walk::behind && walk.ahead.closed;
     steps_.push_back({&walk.plane, &(walk.*which), tasks[i].ball.masks, tasks[i].ball.bit, known});
   }
@@ -257,12 +280,9 @@ void SectionWalker::take_angles(const Walk& walk, CutTask& task) const {
 
 /// How near the walk comes to the source, as far as its first steps go nearer: a bound from above.
 double SectionWalker::nearest_noted2(const Walk& walk) const {
-  const int from = mesh_.half_edges[walk.start].from, to = mesh_.to(walk.start);
-  const double first =
-      point_distance2(walk.plane, height(walk.plane, from) >= 0 ? crossing(from, to) : crossing(to, from));
-  double nearest2 = first;
+  double nearest2 = walk.start.distance2;
   for (const Tip* tip : {&walk.ahead, &walk.behind}) {
-    double last = first;
+    double last = walk.start.distance2;
     for (int i = 0; i < tip->noted; ++i) {
       const double d = point_distance2(walk.plane, tip->notes[i]);
       if (d >= last) break;
@@ -272,29 +292,24 @@ double SectionWalker::nearest_noted2(const Walk& walk) const {
   return nearest2;
 }
 
-/// Whether no other piece of the section comes as near to the source as the walk. Every triangle that could
-/// hold such a piece has a corner within `outermost` times its longest side of the disc in which the plane
-/// cuts the sphere of that radius around the source.
-bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) {
+/// Whether no piece of the section but the walk, which has crossed those edges for which `walked` says so,
+/// comes as near to the source as `bound2`. Every triangle that could hold such a piece has a corner within
+/// `outermost` times its longest side of the disc in which the plane cuts the sphere of that radius around
+/// the source. The source's own edges are the walk's where they cross the plane in one run.
+template <class Walked>
+bool SectionWalker::is_nearest(const CutTask& task, const Walk& walk, double bound2, const Walked& walked) {
+  const LaneBall& ball = task.ball;
   const Plane& plane = walk.plane;
-  const double bound2 = nearest_noted2(walk) * rounding;
   const double up = plane_height(plane.axis, plane.offset, plane.source);
   const double foot[3] = {plane.source[0] - up * plane.axis[0], plane.source[1] - up * plane.axis[1],
                           plane.source[2] - up * plane.axis[2]};
   const double disc = std::sqrt(std::max(0.0, bound2 - up * up));
-  const int from = mesh_.half_edges[walk.start].from, to = mesh_.to(walk.start);
-  const auto walked = [&](int above, int below) {
-    const Crossing key = crossing(above, below);
-    if ((above == from && below == to) || (above == to && below == from)) return true;
-    for (const Tip* tip : {&walk.ahead, &walk.behind})
-      if (std::find(tip->notes, tip->notes + tip->noted, key) != tip->notes + tip->noted) return true;
-    return false;
-  };
-  const auto other_piece = [&](int v, bool above) {
+  const auto other_piece = [&](int v) {
+    const bool above = height(plane, v) >= 0;
     const int first = mesh_.link_start[v], last = mesh_.link_start[v + 1];
     for (int i = first; i < last; ++i) {
       const int w = mesh_.links.neighbour[i];
-      if (!ball.has(w) || (height(plane, w) >= 0) == above) continue;
+      if (w == mesh_.count || (height(plane, w) >= 0) == above || !ball.has(w)) continue;
       if (above ? walked(v, w) : walked(w, v)) continue;
       for (int j : {i + 1 < last ? i + 1 : first, i > first ? i - 1 : last - 1}) {
         const int third = mesh_.links.neighbour[j];
@@ -304,11 +319,30 @@ bool SectionWalker::is_nearest(const LaneBall& ball, const Walk& walk) {
     return false;
   };
   const int near = grid_.around(foot, disc, near_.data());
-  for (int i = 0; i < near; ++i) {
-    const int v = near_[i];
-    if (ball.has(v) && other_piece(v, height(plane, v) >= 0)) return false;
-  }
+  const int known = walk.start.at_source && walk.start.one_run ? task.source : -1;
+  for (int i = 0; i < near; ++i)
+    if (near_[i] != known && ball.has(near_[i]) && other_piece(near_[i])) return false;
   return near >= 0;
+}
+
+/// With what the walk has noted first; where it has gone on without notes, with all that it crosses.
+bool SectionWalker::is_nearest(const CutTask& task, const Walk& walk) {
+  const int from = mesh_.half_edges[walk.start.half_edge].from, to = mesh_.to(walk.start.half_edge);
+  const double bound2 = walk.start.at_source ? walk.start.distance2 : nearest_noted2(walk);
+  const bool noted = is_nearest(task, walk, bound2 * rounding, [&](int above, int below) {
+    const Crossing key = crossing(above, below);
+    if ((above == from && below == to) || (above == to && below == from)) return true;
+    for (const Tip* tip : {&walk.ahead, &walk.behind})
+      if (std::find(tip->notes, tip->notes + tip->noted, key) != tip->notes + tip->noted) return true;
+    return false;
+  });
+  if (noted || std::max(walk.ahead.noted, walk.behind.noted) < Tip::most_noted) return noted;
+  std::vector<Crossing> all;
+  const double nearest2 = walk_both_ways(task.ball, walk.plane, walk.start.half_edge, all).nearest2;
+  std::sort(all.begin(), all.end());
+  return is_nearest(task, walk, nearest2 * rounding, [&](int above, int below) {
+    return std::binary_search(all.begin(), all.end(), crossing(above, below));
+  });
 }
 
 double SectionWalker::walk_noting_all(const LaneBall& ball, const Plane& plane, Tip& tip,
@@ -323,6 +357,18 @@ double SectionWalker::walk_noting_all(const LaneBall& ball, const Plane& plane, 
     all.push_back(crossing(tip.ends[0], tip.ends[1]));
   }
   return nearest2;
+}
+
+/// From a half-edge on, to both ends or round, noting all.
+SectionWalker::Walk SectionWalker::walk_both_ways(const LaneBall& ball, const Plane& plane, int half_edge,
+                                                  std::vector<Crossing>& all) const {
+  Walk walk{plane, {half_edge}, tip_at(plane, half_edge), {}};
+  walk.behind = turned(walk.ahead);
+  all.assign(1, crossing(walk.ahead.ends[0], walk.ahead.ends[1]));
+  walk.nearest2 = walk_noting_all(ball, plane, walk.ahead, all);
+  if (!walk.ahead.closed)
+    walk.nearest2 = std::min(walk.nearest2, walk_noting_all(ball, plane, walk.behind, all));
+  return walk;
 }
 
 /// All pieces one after the other; the nearest one counts.
@@ -345,15 +391,10 @@ void SectionWalker::search_whole(CutTask& task, const Plane& plane) {
       if (half_edge < 0 || !crosses(plane, v, neighbour)) continue;
       if (walked.count(crossing(v, neighbour)) || walked.count(crossing(neighbour, v))) continue;
       if (!bounds_triangle(task.ball, half_edge)) continue;
-      Walk walk{plane, half_edge, tip_at(plane, half_edge), {}};
-      walk.behind = turned(walk.ahead);
-      all.assign(1, crossing(walk.ahead.ends[0], walk.ahead.ends[1]));
-      double nearest2 = walk_noting_all(task.ball, plane, walk.ahead, all);
-      if (!walk.ahead.closed)
-        nearest2 = std::min(nearest2, walk_noting_all(task.ball, plane, walk.behind, all));
+      const Walk walk = walk_both_ways(task.ball, plane, half_edge, all);
       walked.insert(all.begin(), all.end());
-      if (nearest2 >= least) continue;
-      least = nearest2;
+      if (walk.nearest2 >= least) continue;
+      least = walk.nearest2;
       take_angles(walk, task);
     }
   }
@@ -367,14 +408,14 @@ void SectionWalker::measure(std::vector<CutTask>& tasks) {
     Walk& walk = walks_[i];
     walk.plane = make_plane(tasks[i].center, tasks[i].axis, mesh_.position(tasks[i].source));
     walk.start = first_crossing(tasks[i].ball, walk.plane, tasks[i].source);
-    if (walk.start < 0) continue;
-    walk.ahead = tip_at(walk.plane, walk.start);
+    if (walk.start.half_edge < 0) continue;
+    walk.ahead = tip_at(walk.plane, walk.start.half_edge);
     walk.behind = turned(walk.ahead);
   }
   walk(tasks, &Walk::ahead);
   walk(tasks, &Walk::behind);
   for (int i = 0; i < count; ++i)
-    if (walks_[i].start >= 0 && is_nearest(tasks[i].ball, walks_[i]))
+    if (walks_[i].start.half_edge >= 0 && is_nearest(tasks[i], walks_[i]))
       take_angles(walks_[i], tasks[i]);
     else
       search_whole(tasks[i], walks_[i].plane);

@@ -39,10 +39,18 @@ class SectionWalker {
   using Plane = CutPlane;
   using End = CutEnd;
   using Tip = WalkTip;
+  /// Where a walk starts: the edge, or -1, and the distance from the source to where the plane cuts it.
+  struct Start {
+    int half_edge = -1;
+    double distance2;
+    bool at_source;  ///< an edge of the source itself
+    bool one_run;    ///< all edges of its vertex that cross the plane in the ball are side by side
+  };
   struct Walk {
     Plane plane;
-    int start = -1;
+    Start start;
     Tip ahead, behind;
+    double nearest2;  ///< how near it comes to the source, where all of it has been looked at
   };
 
   Plane make_plane(const geometry::Vec3& center, const geometry::Vec3& axis,
@@ -55,20 +63,25 @@ class SectionWalker {
   bool crosses(const Plane& plane, int a, int b) const {
     return (height(plane, a) >= 0) != (height(plane, b) >= 0);
   }
+  static double cut_distance2(const Plane& plane, const double* p, double h, const double* q, double g);
   double point_distance2(const Plane& plane, Crossing crossing) const;
   double segment_distance2(const Plane& plane, int a, int b, int c) const;
   bool bounds_triangle(const LaneBall& ball, int half_edge) const;
-  int first_crossing(const LaneBall& ball, const Plane& plane, int source) const;
+  Start first_crossing(const LaneBall& ball, const Plane& plane, int source) const;
   Tip tip_at(const Plane& plane, int half_edge) const;
   Tip turned(const Tip& tip) const;
   bool advance(const LaneBall& ball, const Plane& plane, Tip& tip) const;
   void walk(const std::vector<CutTask>& tasks, Tip Walk::*which);
   void take_angles(const Walk& walk, CutTask& task) const;
   double nearest_noted2(const Walk& walk) const;
-  bool is_nearest(const LaneBall& ball, const Walk& walk);
+  template <class Walked>
+  bool is_nearest(const CutTask& task, const Walk& walk, double bound2, const Walked& walked);
+  bool is_nearest(const CutTask& task, const Walk& walk);
   void search_whole(CutTask& task, const Plane& plane);
   double walk_noting_all(const LaneBall& ball, const Plane& plane, Tip& tip,
                          std::vector<Crossing>& all) const;
+  Walk walk_both_ways(const LaneBall& ball, const Plane& plane, int half_edge,
+                      std::vector<Crossing>& all) const;
 
   const BallMesh& mesh_;
   const VertexGrid& grid_;

@@ -228,6 +228,25 @@ TEST(LaneBalls, RingsNeedNoWholeSearch) {
   EXPECT_LT(report.searched_whole, 100);
 }
 
+// Six balls of a sphere made from a cube lie square to their axes: the plane cuts them in a ring round their
+// middle, all of it as near to the source, and longer than what a walk notes.
+TEST(LaneBalls, RingsRoundTheirSourceNeedNoWholeSearch) {
+  auto sphere = datasets::box({2, 2, 2}, 32);
+  for (Vec3& p : sphere.vertices) p = Vec3((M_PI / 4 * p.array()).tan()).normalized();
+  LaneReport report;
+  const double radius = 0.3 * check_mesh(sphere).diagonal_m();
+  const auto lane = lane_ball_fields(sphere, {radius}, Metric::hop, {}, &report).radii[0];
+  EXPECT_EQ(report.searched_whole, 0);
+  BallSet plain;
+  plain.radii.push_back(BallFields::of_size(sphere.vertices.size(), radius));
+  std::vector<int> poles;
+  for (int v = 0; v < static_cast<int>(sphere.vertices.size()); ++v)
+    if (sphere.vertices[v].cwiseAbs().maxCoeff() > 1 - 1e-9) poles.push_back(v);
+  ASSERT_EQ(poles.size(), 6u);
+  PlainBalls(sphere, Metric::hop, {}).measure(poles, plain);
+  for (int v : poles) EXPECT_NEAR(lane.winding_angle_rad[v], plain.radii[0].winding_angle_rad[v], 1e-7) << v;
+}
+
 // The edge path ends within an edge of the section's ends: on the tube of 32 columns the angle of two columns
 // at most, seen from a centre at half the radius or farther.
 TEST(LaneBalls, EdgePathsWindLikeTheirSections) {
