@@ -16,6 +16,7 @@
 #include "cli/results_table.h"
 #include "cli/run_report.h"
 #include "pipeline/ledger.h"
+#include "pipeline/shares.h"
 
 namespace geocage::cli {
 
@@ -75,29 +76,27 @@ int exit_code(const reports::Counts& counts) {
   return counts.done == counts.in ? 0 : 1;
 }
 
-/// A path that means the same in every folder; other words as they are.
-std::string anywhere(const std::string& word) {
-  std::error_code ignored;
-  return fs::exists(word, ignored) ? fs::absolute(word).lexically_normal().string() : word;
-}
-
-/// The command that plans the same flow, for the ledger.
-std::string command_of(const Shared& shared, const FlowRequest& request) {
-  std::string command = "geocage run";
-  if (request.file) command += " " + quoted(anywhere(request.file->string()));
+/// The command that plans the same flow, for the ledger: from the same folder, which the flow's paths start
+/// from, too.
+std::string command_of(const Shared& shared, const RunOptions& options) {
+  const FlowRequest& request = options.flow;
+  std::error_code gone;
+  std::string command = "cd " + quoted(fs::current_path(gone).string()) + " && geocage run";
+  if (request.file) command += " " + quoted(request.file->string());
   const auto option = [&](const char* name, const std::string& value) {
     if (!value.empty()) command += std::string(" ") + name + " " + quoted(value);
   };
-  option("--dataset", anywhere(request.dataset));
+  option("--dataset", request.dataset);
   option("--object", request.object);
-  option("--hand", anywhere(request.hand));
+  option("--hand", request.hand);
   for (const auto& set : request.sets) option("--set", set);
-  option("--store", fs::absolute(shared.store).lexically_normal().string());
+  option("--store", shared.store.string());
+  const RunOptions usual;
+  if (options.stage_seconds != usual.stage_seconds)
+    option("--stage-seconds", fmt::format("{}", options.stage_seconds));
+  if (options.stage_memory_gib != usual.stage_memory_gib)
+    option("--stage-memory-gib", fmt::format("{}", options.stage_memory_gib));
   return command;
-}
-
-int threads_of(int jobs) {
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / std::max(1, jobs));
 }
 
 /// A store and the flow's slots over it.
@@ -117,9 +116,12 @@ struct Opened {
                                .subject = "the stage",
                                .hint = "--stage-seconds and --stage-memory-gib set the limits"},
                     .retry_failed = options.retry_failed,
-                    // as many workers as jobs share the machine's cores
-                    .prepare = [threads = threads_of(options.wish.jobs)] { omp_set_num_threads(threads); },
-                    .command = command_of(shared, options.flow)});
+                    .prepare =
+                        [](const std::atomic<int>& share) {
+                          pipeline::follow(share);
+                          omp_set_num_threads(share);  // of loops that don't change their threads midway
+                        },
+                    .command = command_of(shared, options)});
     return plan_flow(options.flow, pipeline);
   }
 };
@@ -148,6 +150,7 @@ int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
 int run(const Shared& shared, const RunOptions& options) {
   Opened opened(shared, options);
   if (options.dry_run) return dry_run(shared, opened, options.wish);
+  prepare_report(shared.out, options.single_file);
   opened.store.sweep_scratch();
   pipeline::sweep_worker_scratch();
   RunSummary summary;
@@ -322,6 +325,7 @@ int graph(const Shared& shared, const FlowRequest& request) {
 
 int report(const Shared& shared, const FlowRequest& request, bool single_file, int pictures) {
   Opened opened(shared, request);
+  prepare_report(shared.out, single_file);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
   const auto alone = alone_in(shared.out);
   summary.report = write_run_report(opened.flow, summary, shared.out,

@@ -1,10 +1,12 @@
 #include "cli/run_report.h"
 
+#include <cerrno>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -183,6 +185,15 @@ fs::path viewer_folder() {
   return folder ? folder : GEOCAGE_VIEWER_DIR;
 }
 
+void prepare_report(const fs::path& folder, bool single_file) {
+  if (single_file && !reports::viewer_is_built(viewer_folder()))
+    throw pipeline::UserError(pipeline::Fault::configuration, "--single-file",
+                              "the report's pages were not built",
+                              "install node and npm and build again, or leave --single-file out");
+  fs::create_directories(folder);
+  if (!fs::is_directory(folder)) throw std::system_error(ENOTDIR, std::generic_category(), folder.string());
+}
+
 pipeline::FileLock alone_in(const fs::path& folder) {
   fs::create_directories(folder);
   return pipeline::FileLock(folder / ".lock");
@@ -194,10 +205,6 @@ void forget_report(const fs::path& folder) {
 
 fs::path write_run_report(const Flow& flow, const RunSummary& summary, const fs::path& folder,
                           const ReportOptions& options) {
-  if (options.single_file && !reports::viewer_is_built(viewer_folder()))
-    throw pipeline::UserError(pipeline::Fault::configuration, "--single-file",
-                              "the report's pages were not built",
-                              "install node and npm and build again, or leave --single-file out");
   const auto input = input_of(flow, summary, options);
   const std::string stamp = stamp_of(input);
   const fs::path page = folder / "index.html";

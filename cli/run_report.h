@@ -36,6 +36,10 @@ struct ReportOptions {
   int pictures = 200;  ///< so many pairs are drawn at most, the first ones
 };
 
+/// Finds out, before anything is made, whether a report can be written at all: makes its folder. UserError
+/// (configuration) for a single file when the pages' scripts were not built.
+void prepare_report(const std::filesystem::path& folder, bool single_file);
+
 /// Those who write into one folder do so one after the other, while each holds this.
 pipeline::FileLock alone_in(const std::filesystem::path& folder);
 
@@ -43,8 +47,7 @@ pipeline::FileLock alone_in(const std::filesystem::path& folder);
 void forget_report(const std::filesystem::path& folder);
 
 /// Writes the report into `folder` unless the one there shows the same; answers its index.html, or
-/// report.html for a single file. UserError (configuration) for a single file when the pages' scripts were
-/// not built.
+/// report.html for a single file.
 std::filesystem::path write_run_report(const Flow& flow, const RunSummary& summary,
                                        const std::filesystem::path& folder, const ReportOptions& options);
 

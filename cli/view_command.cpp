@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <fstream>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -37,7 +38,12 @@ bool has_scores(const fs::path& file) {
 topology::Scores read_scores(const fs::path& file) {
   topology::Scores scores;
   std::vector<geometry::VertexField> columns;
-  scores.mesh = geometry::read_own_ply(file, &columns);
+  try {
+    scores.mesh = geometry::read_own_ply(file, &columns);
+  } catch (const std::system_error&) {
+    throw UserError(Fault::input, file.string(), "its columns are not as geocage writes them",
+                    "`geocage score --out FILE.ply` writes them");
+  }
   const auto whole = [](const std::vector<double>& values) {
     return std::vector<int>(values.begin(), values.end());
   };
@@ -64,6 +70,24 @@ json read_json(const fs::path& file) {
   } catch (const json::exception&) {
     throw UserError(Fault::input, file.string(), "this is not JSON");
   }
+}
+
+/// A way from anywhere has a pose and a number for each joint at every step.
+void check_way(const json& way, const std::string& where) {
+  const auto expect = [&](bool good, const char* sentence) {
+    if (!good) throw UserError(Fault::input, where, sentence, "docs/formats.md tells the format");
+  };
+  for (const char* key : {"joints", "q_rad", "X_OH"})
+    expect(way.contains(key) && way[key].is_array(), "'joints', 'q_rad' and 'X_OH' must be lists");
+  expect(way.contains("dt_s") && way["dt_s"].is_number() && way["dt_s"] > 0,
+         "'dt_s' must be a number above 0");
+  expect(std::ranges::all_of(way["joints"], &json::is_string), "'joints' must be names");
+  expect(!way["q_rad"].empty(), "it has no steps");
+  expect(way["q_rad"].size() == way["X_OH"].size(), "'X_OH' must have a pose for each row of 'q_rad'");
+  for (const json& row : way["q_rad"])
+    expect(row.is_array() && row.size() == way["joints"].size() && std::ranges::all_of(row, &json::is_number),
+           "a row of 'q_rad' must have a number for each joint");
+  for (const json& pose : way["X_OH"]) hands::pose_from_json(pose, where);
 }
 
 /// Files become pairs: a mesh or cloud begins one, what follows joins it.
@@ -117,7 +141,8 @@ class Shelf {
 
   void add_document(const fs::path& file) {
     const json content = read_json(file);
-    const std::string schema = content.is_object() ? content.value("schema", "") : "";
+    const bool named = content.is_object() && content.contains("schema") && content["schema"].is_string();
+    const std::string schema = named ? content["schema"].get<std::string>() : "";
     if (schema.starts_with("geocage-grasp"))
       add_grasps(file);
     else if (schema == "geocage-trajectory 1")
@@ -147,12 +172,12 @@ class Shelf {
 
   /// A way without a grasp ends in one.
   void add_way(const fs::path& file, const json& content) {
+    check_way(content, file.string());
     reports::PairResults& pair = current(file);
     if (!pair.grasps) {
       if (options_.hand.empty())
         throw UserError(Fault::configuration, file.string(), "a trajectory does not say of which hand",
                         "add --hand NAME, or the grasp's file before it");
-      if (content.at("q_rad").empty()) throw UserError(Fault::input, file.string(), "this way has no steps");
       const hands::Hand& hand = hand_of(options_.hand);
       hands::Grasp grasp;
       grasp.hand = hand.name;
@@ -164,11 +189,14 @@ class Shelf {
       pair.grasps.emplace().grasps = {grasp};
     }
     const fs::path folder = out_ / "ways" / std::to_string(pairs.size());
-    if (pair.input.trajectories.empty()) fs::remove_all(folder);
-    fs::create_directories(folder);
+    const auto place = [&](int i) { return folder / fmt::format("trajectory_{}.json", i); };
     int next = 0;
-    while (fs::exists(folder / fmt::format("trajectory_{}.json", next))) ++next;
-    fs::copy_file(file, folder / fmt::format("trajectory_{}.json", next));
+    if (pair.input.trajectories.empty())  // of an earlier view
+      for (int i = 0; fs::remove(place(i)); ++i) {
+      }
+    fs::create_directories(folder);
+    while (fs::exists(place(next))) ++next;
+    fs::copy_file(file, place(next));
     pair.input.trajectories = folder;
   }
 

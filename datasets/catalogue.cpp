@@ -218,7 +218,7 @@ Availability made(const Entry& entry, const fs::path& folder, bool write) {
       folder / "shapes" / pipeline::sha256_of(recipe).substr(0, 16) / (entry.name + ".ply");
   const TriangleMesh mesh = make_shape(entry.shape, entry.size_m);
   if (fs::exists(place)) {
-    const TemporaryFolder work(fs::absolute(place.parent_path()));
+    const TemporaryFolder work(fs::temp_directory_path());  // its own folder may be one to read only
     geometry::write_ply(work.path() / "mesh.ply", mesh);
     if (pipeline::sha256_of_file(work.path() / "mesh.ply") == pipeline::sha256_of_file(place))
       return {Presence::have, place, ""};

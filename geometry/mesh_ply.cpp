@@ -1,5 +1,6 @@
 #include <cerrno>
 #include <cstring>
+#include <sstream>
 #include <system_error>
 
 #include "geometry/mesh.h"

@@ -7,6 +7,8 @@
 #include "physics/force_trial.h"
 #include "physics/formula_field.h"
 
+#include "pipeline/each_item.h"
+
 namespace geocage::physics {
 namespace {
 
@@ -58,9 +60,9 @@ Control ball_in_a_box(const CageProtocol& protocol, int seeds) {
   for (const Direction& way : six_directions())
     count(control, pull_trial(protocol, ball, escape, way.axis_O, 0));
   std::vector<CageTrial> wrenches(2 * static_cast<std::size_t>(seeds));
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < wrenches.size(); ++i)
+  pipeline::for_each_item(wrenches.size(), [&](std::size_t i) {
     wrenches[i] = wrench_trial(protocol, ball, escape, i % 2 == 0 ? 1 : 5, i / 2);
+  });
   for (const CageTrial& trial : wrenches) count(control, trial);
   return control;
 }

@@ -10,6 +10,7 @@
 
 #include "geometry/noise.h"
 #include "hands/closing.h"
+#include "pipeline/each_item.h"
 
 namespace geocage::physics {
 
@@ -64,9 +65,9 @@ int draws_held(const Protocol& protocol, const ObjectBody& object, const hands::
   if (noise == 0) return holds(draws.front()) ? rule.draws : 0;  // all are the same
   // Stops once the answer is settled, so it is the same whichever draws come first.
   std::atomic<int> failures = 0;
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < draws.size(); ++i)
+  pipeline::for_each_item(draws.size(), [&](std::size_t i) {
     if (failures <= most_failures && !holds(draws[i])) ++failures;
+  });
   return failures <= most_failures ? rule.draws - failures : 0;
 }
 

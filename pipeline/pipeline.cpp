@@ -233,7 +233,7 @@ void Pipeline::note(const Node& node, const std::string& recipe) const {
 double Pipeline::make_contained(Node& node, Run& run, const fs::path& scratch, Watcher& watcher) {
   const auto work = [&](const fs::path& folder) {
     NotingRun noting(folder);
-    if (guard_->prepare) guard_->prepare();
+    if (guard_->prepare) guard_->prepare(*node.share);
     node.make(noting, scratch);
     noting.finish();
   };
@@ -368,7 +368,7 @@ std::vector<SlotResult> Pipeline::run(const Wish& wish, Watcher& watcher) {
   }
   Schedule(todo, watcher, [&](Node& node, Watcher& guarded) {
     settle(node, forced.contains(node.slot), guarded);
-  }).run(wish.jobs, wish.memory_gib);
+  }).run(wish.jobs, wish.memory_gib, wish.cores);
 
   std::vector<SlotResult> results;
   for (const Node* node : todo)

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -52,6 +53,8 @@ struct Wish {
   std::vector<std::string> force;  ///< made anew even when they are there
   int jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   double memory_gib = 0;  ///< for all slots that are made at once; 0: four fifths of the machine's
+  int cores =
+      static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));  ///< which those slots share
 };
 
 /// Every slot is made in a worker process of its own, so that a crash, a hang or running out of memory is a
@@ -60,8 +63,9 @@ struct Wish {
 struct Guard {
   WorkerLimits limits;
   bool retry_failed = false;
-  std::function<void()> prepare;  ///< called in each worker first: how many threads it may start
-  std::string command;            ///< repeats a failure when " --force SLOT --only SLOT" is put after it
+  /// Called in each worker first, with the cores that it may use (`follow`); more when others end.
+  std::function<void(const std::atomic<int>& share)> prepare;
+  std::string command;  ///< repeats a failure when " --force SLOT --only SLOT" is put after it
 };
 
 /// What would become of a slot, and why.
@@ -87,7 +91,8 @@ struct Node {
   bool constant = false;
   double memory_gib = 0.25;
 
-  std::optional<std::string> content;  ///< once settled
+  const std::atomic<int>* share = nullptr;  ///< of the cores, while it is made
+  std::optional<std::string> content;       ///< once settled
   SlotResult result;
   bool failed_here = false;  ///< tried by this process
   std::mutex value_mutex;

@@ -43,22 +43,43 @@ Schedule::Schedule(std::vector<Node*> todo, Watcher& watcher, std::function<void
   }
 }
 
-void Schedule::run(int jobs, double memory_gib) {
+void Schedule::run(int jobs, double memory_gib, int cores) {
   memory_gib_ = memory_gib > 0 ? memory_gib : 0.8 * machine_memory_gib();
+  jobs_ = static_cast<std::size_t>(std::max(1, jobs));
+  cores_ = static_cast<std::size_t>(std::max(1, cores));
+  shares_.emplace(jobs_);
   {
     std::vector<std::jthread> others;
-    for (int i = 1; i < jobs; ++i) others.emplace_back([this] { work(); });
-    work();
+    for (std::size_t lane = 1; lane < jobs_; ++lane) others.emplace_back([this, lane] { work(lane); });
+    work(0);
   }
   if (trouble_) std::rethrow_exception(trouble_);
 }
 
+/// Whether so much more memory may be used beside `others`; alone everything may begin.
+bool Schedule::fits(double more_gib, std::size_t others) const {
+  return others == 0 || used_gib_ + more_gib <= memory_gib_;
+}
+
+/// The cores among those that are made and those that will be in a moment.
+void Schedule::share_out() {
+  std::size_t sharers = at_work_.size();
+  double more_gib = 0;
+  for (auto it = ready_.begin(); it != ready_.end() && sharers < jobs_; ++it) {
+    const double its_gib = todo_[*it]->memory_gib;
+    if (!fits(more_gib + its_gib, sharers)) continue;
+    more_gib += its_gib;
+    ++sharers;
+  }
+  for (std::size_t k = 0; k < at_work_.size(); ++k)
+    (*shares_)[at_work_[k]] =
+        static_cast<int>(std::max<std::size_t>(1, cores_ / sharers + (k < cores_ % sharers)));
+}
+
 /// The first that is ready and fits into the memory that is left.
 Node* Schedule::take_ready() {
-  const auto fits = [&](std::size_t i) {
-    return used_gib_ == 0 || used_gib_ + todo_[i]->memory_gib <= memory_gib_;
-  };
-  const auto it = std::ranges::find_if(ready_, fits);
+  const auto it = std::ranges::find_if(
+      ready_, [&](std::size_t i) { return fits(todo_[i]->memory_gib, taken_ - ended_); });
   if (it == ready_.end()) return nullptr;
   Node* node = todo_[*it];
   ready_.erase(it);
@@ -75,7 +96,7 @@ void Schedule::release(const Node& node) {
     if (--waits_[i] == 0) ready_.insert(i);
 }
 
-void Schedule::work() {
+void Schedule::work(std::size_t lane) {
   std::unique_lock lock(mutex_);
   while (!trouble_ && taken_ < todo_.size()) {
     Node* node = take_ready();
@@ -86,11 +107,16 @@ void Schedule::work() {
     node->result.sentence = lost_input(*node);
     if (node->result.sentence.empty()) {
       watcher_.started(node->slot, ended_, todo_.size());
+      node->share = &(*shares_)[lane];
+      at_work_.push_back(lane);
+      share_out();
       lock.unlock();
       settle(*node);
       lock.lock();
+      std::erase(at_work_, lane);
     }
     release(*node);
+    share_out();
     if (!trouble_) watcher_.ended(node->result, ended_, todo_.size());
     changed_.notify_all();
   }

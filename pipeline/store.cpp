@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* format_line = "geocage-store 1\n";
+constexpr const char* parts[] = {"tmp", "records", "artefacts", "slots", "locks"};
 constexpr const char* lock_of_all = "open";  ///< in locks/, held by whoever has the store open
 
 [[noreturn]] void throw_errno(const fs::path& path) {
@@ -164,6 +165,8 @@ Store::Store(fs::path root) : root_(std::move(root)) {
       throw UserError(Fault::store, root_.string(),
                       "this store has the format '" + text->substr(0, 40) + "', not 1",
                       "give another folder by --store");
+    std::error_code ignored;  // a copy may have lost its empty folders, and may be one to read only
+    for (const char* part : parts) fs::create_directories(root_ / part, ignored);
     open_ = std::make_shared<FileLock>(root_ / "locks" / lock_of_all, FileLock::Holders::many);
     return;
   }
@@ -174,8 +177,7 @@ Store::Store(fs::path root) : root_(std::move(root)) {
     throw UserError(Fault::store, root_.string(),
                     "this is not a geocage store, and not an empty folder either",
                     "give another folder by --store");
-  for (const char* part : {"tmp", "records", "artefacts", "slots", "locks"})
-    fs::create_directories(root_ / part);
+  for (const char* part : parts) fs::create_directories(root_ / part);
   const fs::path desk = scratch();
   write_atomically(desk / "FORMAT", format, format_line);
   fs::remove(desk);

@@ -110,7 +110,10 @@ void limit_this_process(const WorkerLimits& limits) {
   const rlimit cpu{seconds, seconds + 5};  // SIGXCPU first: SIGKILL means that memory ran out
   setrlimit(RLIMIT_CPU, &cpu);
 #ifndef __SANITIZE_ADDRESS__  // its shadow memory alone is terabytes of address space
-  const auto bytes = virtual_memory_bytes() + static_cast<std::uint64_t>(limits.memory_gib * (1ull << 30));
+  // Before it holds anything a thread takes 8 MiB of addresses for its stack and 64 MiB for glibc's arena.
+  const auto of_threads = static_cast<std::uint64_t>(limits.threads) * (72ull << 20);
+  const auto bytes =
+      virtual_memory_bytes() + of_threads + static_cast<std::uint64_t>(limits.memory_gib * (1ull << 30));
   const rlimit memory{bytes, bytes};
   setrlimit(RLIMIT_AS, &memory);
 #endif

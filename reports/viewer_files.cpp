@@ -221,6 +221,19 @@ json section_of(const topology::Scores& scores, const topology::Candidate& candi
   return told;
 }
 
+constexpr const char* file_list = "viewer/files.txt";  ///< what the pages load
+
+/// The files that an earlier report in the folder lists as its own; all others are somebody else's.
+std::vector<std::string> listed(const fs::path& folder) {
+  std::vector<std::string> files;
+  std::ifstream list(folder / file_list);
+  for (std::string name; std::getline(list, name);) {
+    const bool inside = name.find("..") == std::string::npos;
+    if (inside && (name.starts_with("data/") || name.starts_with("pictures/"))) files.push_back(name);
+  }
+  return files;
+}
+
 class Writer {
  public:
   Writer(const ReportInput& input, const std::vector<PairResults>& pairs,
@@ -228,7 +241,7 @@ class Writer {
       : input_(input), pairs_(pairs), figures_(figures), folder_(folder) {}
 
   void write() {
-    fs::remove_all(folder_ / "data");
+    const std::vector<std::string> before = listed(folder_);
     fs::create_directories(folder_ / "data");
     fs::create_directories(folder_ / "viewer");
     for (const char* part : parts_of_viewer)
@@ -246,11 +259,9 @@ class Writer {
       for (const Figure& figure : figures) files_.insert("pictures/" + figure.file);
     std::string names;
     for (const auto& file : files_) names += file + "\n";
-    write_text(folder_ / "viewer" / "files.txt", names);
-    for (const auto& entry : fs::directory_iterator(folder_ / "pictures"))  // of earlier reports
-      if (!files_.contains("pictures/" + entry.path().filename().string()) &&
-          entry.path().filename().string().starts_with("small-"))
-        fs::remove(entry.path());
+    write_text(folder_ / file_list, names);
+    for (const std::string& file : before)
+      if (!files_.contains(file)) fs::remove(folder_ / file);
   }
 
  private:
@@ -477,7 +488,7 @@ fs::path write_single_file(const fs::path& folder) {
   };
   for (const char* part : {"scene.js", "plots.js"})
     add(fmt::format("viewer/{}", part), harmless(read_text(folder / "viewer" / part)));
-  std::istringstream files(read_text(folder / "viewer" / "files.txt"));
+  std::istringstream files(read_text(folder / file_list));
   for (std::string name; std::getline(files, name);) {
     const std::string bytes = read_text(folder / name);
     if (name.ends_with(".png"))

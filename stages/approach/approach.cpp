@@ -15,6 +15,7 @@
 #include "motion/tasks/self_clearance.h"
 #include "motion/tasks/state.h"
 #include "motion/timing.h"
+#include "pipeline/each_item.h"
 
 namespace geocage::stages {
 
@@ -392,12 +393,12 @@ motion::TrajectorySet approach(const ApproachParams& params, pipeline::Run& run,
   }
   motion::TrajectorySet set;
   set.trajectories.resize(grasps.grasps.size());
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < grasps.grasps.size(); ++i)
+  pipeline::for_each_item(grasps.grasps.size(), [&](std::size_t i) {
     if (!grasps.grasps[i].points_O.empty())
       set.trajectories[i].outcome = "a net of points is laid, not moved";
     else
       set.trajectories[i] = GraspPlanner(params, scene, hand, armed.get(), X_OB, grasps.grasps[i]).plan();
+  });
   report(set, run);
   return set;
 }

@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "pipeline/each_item.h"
+
 namespace geocage::stages {
 namespace {
 
@@ -115,11 +117,10 @@ std::vector<physics::Recording> recorded(const std::vector<std::optional<Locked>
       one.see(0, "start", geometry::Pose::Identity(), postures[i].X_OH, postures[i].q);
     }
   }
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t k = 0; k < jobs.size(); ++k) {
+  pipeline::for_each_item(jobs.size(), [&](std::size_t k) {
     const physics::LockedHand& one = locked[recordings[k].grasp]->hand;
     recordings[k].outcome = run_job(jobs[k], params, one.protocol, body, one, &recordings[k]).outcome;
-  }
+  });
   return recordings;
 }
 
@@ -137,15 +138,14 @@ physics::SelfCheck checked(std::vector<std::optional<Locked>>& locked, const Cag
       for (const Job& job : locked[i]->jobs) all.push_back({i, job, Outcome::held, Outcome::held});
   for (const std::size_t i : physics::even_sample(all.size(), params.self_check_trials))
     sample.push_back(all[i]);
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < sample.size(); ++i) {
+  pipeline::for_each_item(sample.size(), [&](std::size_t i) {
     const physics::LockedHand& one = locked[sample[i].grasp]->hand;
     const physics::CageProtocol half = physics::at_half_step(one.protocol);
     physics::CageProtocol twice = one.protocol;
     twice.engine.iterations *= 2;
     sample[i].at_half_step = run_job(sample[i].job, params, half, body, one).outcome;
     sample[i].at_twice_iterations = run_job(sample[i].job, params, twice, body, one).outcome;
-  }
+  });
   physics::SelfCheck check;
   for (const Again& again : sample)
     check.count(fmt::format("grasp {}, {}", again.grasp, name_of(again.job, params)),
@@ -293,8 +293,7 @@ void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>
     for (std::size_t way = 0; way < one.search.rise_m.size(); ++way)
       wanted.push_back({&one.search, &locked[one.grasp]->hand.escape, way});
   }
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
+  pipeline::for_each_item(wanted.size(), [&](std::size_t i) {
     const auto& [search, escape, way] = wanted[i];
     const physics::RiseBound bound = physics::lower_rise(
         field, *escape, {.samples = params.search_samples}, params.seed, params.search_seeds,
@@ -303,7 +302,7 @@ void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>
     search->unfound_rise_m[way] = bound.unfound_m;
 #pragma omp critical
     one_done();
-  }
+  });
 }
 
 }  // namespace
@@ -409,12 +408,11 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
       physics::six_directions().size() * std::min<std::size_t>(postures.size(), params.energy_grasps);
   std::size_t done = 0;
   const auto one_done = [&] { run.progress(++done, work.size() + bisections); };
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < work.size(); ++i) {
+  pipeline::for_each_item(work.size(), [&](std::size_t i) {
     work[i]();
 #pragma omp critical
     one_done();
-  }
+  });
 
   for (CageEvaluation& evaluation : all.list)
     if (locked[evaluation.grasp]) {

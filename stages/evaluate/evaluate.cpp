@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "pipeline/each_item.h"
 #include "pipeline/error.h"
 
 namespace geocage::stages {
@@ -84,12 +85,11 @@ Trials push_all(const Bench& bench, const std::vector<Posture>& postures,
                 const std::function<void()>& one_done) {
   const std::size_t ways = bench.ways.size();
   Trials trials{std::vector<PushTrial>(postures.size() * ways), ways};
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < trials.list.size(); ++i) {
+  pipeline::for_each_item(trials.list.size(), [&](std::size_t i) {
     trials.list[i] = bench.push(postures[i / ways], i % ways);
 #pragma omp critical
     one_done();
-  }
+  });
   return trials;
 }
 
@@ -108,10 +108,10 @@ std::vector<physics::Recording> recorded(const Evaluations& all, const Bench& be
       one.trial = way.trial(), one.joints = bench.hand.tree.dof_names;
     }
   }
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < recordings.size(); ++i)
+  pipeline::for_each_item(recordings.size(), [&](std::size_t i) {
     recordings[i].outcome =
         bench.push(postures[recordings[i].grasp], i % bench.ways.size(), &recordings[i]).outcome;
+  });
   return recordings;
 }
 
@@ -124,8 +124,7 @@ void add_lifts_and_margins(Evaluations& all, const Bench& bench, const std::vect
     if (evaluation.outcome != Outcome::rejected) simulated.push_back(&evaluation);
   const auto first = [&](int wanted) { return std::min<std::size_t>(simulated.size(), wanted); };
   std::vector<physics::Recording> films(first(all.params.lift_grasps));
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < films.size(); ++i) {
+  pipeline::for_each_item(films.size(), [&](std::size_t i) {
     const int grasp = simulated[i]->grasp;
     physics::Recording& film = films[i];
     film.grasp = grasp, film.hand = hand.name, film.protocol = protocol.name;
@@ -134,7 +133,7 @@ void add_lifts_and_margins(Evaluations& all, const Bench& bench, const std::vect
     simulated[i]->lift =
         physics::lift_trial(protocol, object, hand, postures[grasp], seed, kept ? &film : nullptr);
     film.outcome = simulated[i]->lift->outcome;
-  }
+  });
   for (const physics::Recording& film : films)
     if (!film.frames.empty()) all.recordings.push_back(film);
 
@@ -163,12 +162,11 @@ physics::SelfCheck checked(const Evaluations& all, const Bench& bench, const std
   Bench half = bench, twice = bench;
   half.protocol.engine.dt_s /= 2;
   twice.protocol.engine.iterations *= 2;
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < sample.size(); ++i) {
+  pipeline::for_each_item(sample.size(), [&](std::size_t i) {
     const Posture& posture = postures[sample[i].grasp];
     sample[i].at_half_step = half.push(posture, sample[i].way).outcome;
     sample[i].at_twice_iterations = twice.push(posture, sample[i].way).outcome;
-  }
+  });
   physics::SelfCheck check;
   for (const Again& one : sample)
     check.count(fmt::format("grasp {}, {}", one.grasp, bench.ways[one.way].trial()), one.first,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "pipeline/each_item.h"
 #include "pipeline/error.h"
 #include "stages/place/antipodal.h"
 #include "stages/place/net_search.h"
@@ -114,14 +115,13 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
   const PoseSearch search(params, scores, field, support_cloud.support, others, hand);
   std::vector<CandidatePoses> found(candidates.size());
   std::size_t done = 0;
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < found.size(); ++i) {
+  pipeline::for_each_item(found.size(), [&](std::size_t i) {
     found[i] = hand.net ? lay_net(params, scores, field, hand, candidates[i]) : search.search(candidates[i]);
     keep_best(found[i].grasps, params.max_per_candidate, found[i].rejected);
     for (hands::Grasp& grasp : found[i].grasps) grasp.scores["candidate"] = static_cast<double>(i);
 #pragma omp critical
     run.progress(++done, found.size());
-  }
+  });
 
   hands::GraspSet set;
   int poses = 0;
@@ -131,11 +131,11 @@ hands::GraspSet place(const PlaceParams& params, pipeline::Run& run, const topol
     for (const auto& [rule, count] : of_one.rejected) set.rejected[rule] += count;
   }
   keep_best(set.grasps, params.max_grasps, set.rejected);
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < set.grasps.size(); ++i)
+  pipeline::for_each_item(set.grasps.size(), [&](std::size_t i) {
     if (params.measures && !hand.net)
       search.measure(set.grasps[i],
                      candidates[static_cast<std::size_t>(set.grasps[i].scores.at("candidate"))]);
+  });
   run.metric("poses", poses);
   run.metric("grasps", static_cast<double>(set.grasps.size()));
   for (const auto& [rule, count] : set.rejected) run.metric("rejected: " + rule, count);

@@ -180,6 +180,28 @@ TEST_F(BadInput, FlowFiles) {
   EXPECT_EQ(geocage({"run", "--dataset", (folder_ / "none").string()}).code, 2);
 }
 
+TEST_F(BadInput, WhatIsViewed) {
+  const auto refused = [&](const std::string& name, const std::string& text, const std::string& sentence) {
+    std::ofstream(folder_ / name) << text;
+    const Ended ended = geocage({"view", (folder_ / name).string(), "--hand", "schunk_sdh", "--json", "--out",
+                                 (folder_ / "view").string()});
+    EXPECT_EQ(ended.code, 3) << text << ended.err;
+    EXPECT_TRUE(ended.out.empty());
+    EXPECT_NE(ended.err.find(sentence), std::string::npos) << ended.err;
+  };
+  refused("schema.json", R"({"schema": 5})", "no schema");
+  const std::string way = R"({"schema": "geocage-trajectory 1", )";
+  refused("way.json", way + R"("dt_s": 1})", "must be lists");
+  refused("way.json", way + R"("dt_s": 1, "joints": ["a"], "q_rad": [], "X_OH": []})", "no steps");
+  refused("way.json", way + R"("dt_s": 1, "joints": ["a"], "q_rad": [[]], "X_OH": [{}]})", "each joint");
+  refused("way.json", way + R"("dt_s": 1, "joints": ["a"], "q_rad": [[0]], "X_OH": []})", "for each row");
+  refused("way.json", way + R"("dt_s": 0, "joints": ["a"], "q_rad": [[0]], "X_OH": [{}]})", "above 0");
+  refused("scores.ply",
+          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float winding_angle_rad\n"
+          "end_header\n",
+          "not as geocage writes them");
+}
+
 TEST_F(BadInput, GraspFiles) {
   geometry::write_ply(folder_ / "ball.ply", datasets::icosphere(0.03, 3));
   const auto evaluate = [&](const std::string& hand, const std::string& grasp) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -185,6 +186,41 @@ TEST_F(FlowRun, AFolderThatShowedSomethingElseShowsTheRunAgain) {
   ASSERT_EQ(view.code, 0) << view.err;
   run();
   EXPECT_EQ(title(), "flow");
+}
+
+// What is not its own a report leaves alone, and of what is its own nothing that is no longer shown is left.
+TEST_F(FlowRun, AReportRemovesNothingButItsOwn) {
+  const fs::path folder = *folder_ / "mine";
+  for (const char* name : {"data", "pictures", "ways/1", "viewer"}) {
+    fs::create_directories(folder / name);
+    std::ofstream(folder / name / "small-mine.js") << "mine";
+  }
+  const auto written = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {"--out", folder.string()});
+    const Ended ended = geocage(all);
+    ASSERT_EQ(ended.code, 0) << ended.err;
+    for (const char* name : {"data", "pictures", "ways/1", "viewer"})
+      EXPECT_TRUE(fs::exists(folder / name / "small-mine.js")) << name;
+    if (!fs::exists(folder / "viewer" / "files.txt")) return;  // the pages' scripts were not built
+    std::set<std::string> listed;
+    std::ifstream list(folder / "viewer" / "files.txt");
+    for (std::string name; std::getline(list, name);) listed.insert(name);
+    for (const auto& file : fs::directory_iterator(folder / "data")) {
+      const std::string name = file.path().filename();
+      EXPECT_TRUE(name == "small-mine.js" || listed.contains("data/" + name)) << name;
+    }
+  };
+  written({"report", flow_.string(), "--store", (*folder_ / "store").string()});
+  written({"view", (*folder_ / "bottle.ply").string()});
+}
+
+TEST_F(FlowRun, AFolderThatCannotBeIsToldBeforeAnythingIsMade) {
+  const std::string store = (*folder_ / "unused").string();
+  const Ended ended = geocage({"run", flow_.string(), "--json", "--store", store, "--out", flow_.string()});
+  EXPECT_EQ(ended.code, 5);
+  EXPECT_TRUE(ended.out.empty());
+  EXPECT_TRUE(fs::is_empty(fs::path(store) / "records"));
 }
 
 TEST_F(FlowRun, AGraspOfTheRunIsEvaluatedFromItsFile) {

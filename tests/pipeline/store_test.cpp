@@ -147,6 +147,17 @@ TEST(Store, OtherFoldersAndFormatsAreRefused) {
   EXPECT_THROW(Store(folder / "old"), UserError);
 }
 
+// Archives and clouds forget folders that are empty.
+TEST(Store, FoldersThatAreGoneAreMadeAgain) {
+  const tests::ScratchFolder folder;
+  const std::string content = publish(Store(folder / "store"), "kept");
+  for (const char* part : {"tmp", "records", "slots", "locks"}) fs::remove_all(folder / "store" / part);
+  const Store store(folder / "store");
+  EXPECT_TRUE(store.slots().empty());
+  EXPECT_EQ(publish(store, "kept"), content);
+  EXPECT_EQ(store.collect_garbage(false).paths.size(), 1u);
+}
+
 TEST(Store, SlotsKeepWhatTheyWereMadeFrom) {
   const tests::ScratchFolder folder;
   const Store store(folder / "store");
