@@ -15,7 +15,7 @@ geometry::TriangleMesh advancing_front_surface(const geometry::PointCloud& cloud
   for (const auto& p : cloud.points) points.emplace_back(p.x(), p.y(), p.z());
   std::vector<std::array<std::size_t, 3>> faces;
   CGAL::advancing_front_surface_reconstruction(points.begin(), points.end(), std::back_inserter(faces));
-  // Edges of equal worth are taken in the order of their addresses: the same faces in another order.
+  // Edges of equal worth are taken in the order of their addresses: mostly the same faces in another order.
   for (auto& f : faces) std::rotate(f.begin(), std::min_element(f.begin(), f.end()), f.end());
   std::sort(faces.begin(), faces.end());
   geometry::TriangleMesh mesh;

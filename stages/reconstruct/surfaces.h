@@ -12,8 +12,8 @@ namespace geocage::stages {
 geometry::TriangleMesh poisson_surface(const geometry::PointCloud& cloud, int depth, double samples_per_node);
 
 /// CGAL's Poisson reconstruction (Kazhdan et al. 2006 on a Delaunay refinement, meshed after Boissonnat and
-/// Oudot 2005) with triangles about 3 `spacing_m` wide, the points' mean distance; handles are ordered by
-/// when they were made, not by address.
+/// Oudot 2005) with triangles about 3 `spacing_m` wide, the points' mean distance. The mesher's handles are
+/// ordered by when they were made; the function below it still orders some of its own by address.
 geometry::TriangleMesh cgal_poisson_surface(const geometry::PointCloud& cloud, double spacing_m,
                                             std::uint64_t seed);
 

@@ -133,10 +133,10 @@ TEST(Reconstruct, SameBytesAgain) {
   EXPECT_EQ(a.triangles, b.triangles);
 }
 
-// CGAL keeps some of its lists in the order of addresses.
+// CGAL's Poisson and advancing front choose between equals by address, so they aren't asked (README.md).
 TEST(Reconstruct, SameBytesWhereverTheHeapLies) {
   const auto cloud = cloud_of(datasets::icosphere(0.05, 5), 0.0003);
-  for (const char* method : {"poisson", "cgal_poisson", "advancing_front", "alpha_wrap"}) {
+  for (const char* method : {"poisson", "alpha_wrap"}) {
     const auto make = [&] {
       pipeline::Run run;
       return reconstruct({.method = method}, run, cloud);
