@@ -9,10 +9,13 @@ namespace geocage::physics {
 /// its own effective mass; where these differ, sliding friction points away from the motion and a block slips
 /// up to two degrees too early. Both directions take the smaller step here. A gentle way out: Bullet answers
 /// a penetration d with the speed erp d / dt, 0.4 m/s for 2 mm, and keeps it as momentum. Grasps planned on a
-/// noisy surface start that deep, so the speed is bounded here.
+/// noisy surface start that deep, so the speed is bounded here. And a torsion of up to torsional_m times its
+/// normal force for each contact: Bullet's own rows stand at one point of a manifold alone, and forget the
+/// outer torque, so that a held body creeps by what a step of it adds.
 class ContactSolver final : public btMultiBodyConstraintSolver {
  public:
-  explicit ContactSolver(btScalar way_out_m_s) : way_out_m_s_(way_out_m_s) {}
+  ContactSolver(btScalar way_out_m_s, btScalar torsional_m)
+      : way_out_m_s_(way_out_m_s), torsional_m_(torsional_m) {}
 
  protected:
   btScalar solveGroupCacheFriendlySetup(btCollisionObject** bodies, int body_count,
@@ -23,8 +26,9 @@ class ContactSolver final : public btMultiBodyConstraintSolver {
  private:
   void round_cones();
   void bound_way_out(const btContactSolverInfo& info);
+  void resist_torsion(btPersistentManifold* const* manifolds, const btContactSolverInfo& info);
 
-  btScalar way_out_m_s_;
+  btScalar way_out_m_s_, torsional_m_;
 };
 
 /// Bullet's solver for one body among walls, with a gentle way out: a penetration d is undone by moving

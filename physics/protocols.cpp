@@ -26,8 +26,8 @@ Protocol bodex() {
   p.name = "bodex";
   p.source =
       "BODex / DexGraspBench: 0.1 kg, mu 0.6, 10 m/s^2 for 2 s, 5 cm and 15 deg, 10 mm at the start; "
-      "torsional "
-      "friction 0.02 left out; motors, squeeze and time step are geocage's";
+      "torsional friction 0.02 m; motors, squeeze and time step are geocage's";
+  p.engine.torsional_m = 0.02;
   p.max_drift_m = p.max_translation_m, p.max_drift_rad = p.max_rotation_rad;
   return p;
 }
@@ -39,7 +39,7 @@ Protocol dexgraspnet() {
       "DexGraspNet: 500 kg/m^3, mu 3, 9.8 m/s^2 for 100 steps of 1/60 s, any contact left, 1 mm at the "
       "start; "
       "motors, squeeze and time step are geocage's";
-  p.engine.friction = 3;
+  p.engine.friction = 3, p.engine.torsional_m = 0;
   p.density_kg_m3 = 500;
   p.acceleration_m_s2 = 9.8;
   p.settle_s = 0, p.push_s = 100.0 / 60;
@@ -56,7 +56,7 @@ Protocol multidex() {
       "MultiDex / GenDexGrasp: 10,000 kg/m^3, mu 10, 0.5 m/s^2 for 50 steps of 1/60 s, 2 cm, damping 10 and "
       "100 1/s; "
       "motors, squeeze and time step are geocage's";
-  p.engine.friction = 10;
+  p.engine.friction = 10, p.engine.torsional_m = 0;
   p.engine.linear_damping_1ps = 10, p.engine.angular_damping_1ps = 100;
   p.density_kg_m3 = 10000;
   p.acceleration_m_s2 = 0.5;

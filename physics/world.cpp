@@ -23,6 +23,11 @@ btRigidBody::btRigidBodyConstructionInfo body_info(const ObjectBody& object, Fie
   return info;
 }
 
+/// Without friction there is none.
+double torsional_m(const Engine& engine, const hands::Hand& hand) {
+  return engine.friction > 0 ? engine.torsional_m.value_or(engine.friction * hand.torsion_m) : 0;
+}
+
 void set_solver(btContactSolverInfo& info, const Engine& engine) {
   info.m_numIterations = engine.iterations;
   // Two friction directions with Bullet's cone: one direction slips far too early, the pyramid holds too
@@ -63,7 +68,7 @@ World::World(const Engine& engine, const ObjectBody& object, const hands::Hand& 
       object_(body_info(object, shape_, X_WO, engine.friction)),
       hand_(hand, X_WH, q, engine),
       dispatcher_(&configuration_),
-      solver_(engine.way_out_m_s),
+      solver_(engine.way_out_m_s, torsional_m(engine, hand)),
       world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
   dispatcher_.registerCollisionCreateFunc(CAPSULE_SHAPE_PROXYTYPE, CUSTOM_CONCAVE_SHAPE_TYPE,
                                           &capsule_field_);

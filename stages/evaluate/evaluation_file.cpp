@@ -52,6 +52,7 @@ json engine_json(const EvaluateParams& params) {
           {"way_out_m_s", engine.way_out_m_s},
           {"mu", engine.friction},
           {"mu_rule", "product of the bodies' coefficients, each sqrt(mu); cone, two directions"},
+          {"torsional_m", engine.torsional_m ? json(*engine.torsional_m) : json("mu torsion_m of the hand")},
           {"mass_kg", protocol.density_kg_m3 ? json() : json(protocol.mass_kg)},
           {"density_kg_m3", protocol.density_kg_m3 ? json(*protocol.density_kg_m3) : json()},
           {"linear_damping_1ps", engine.linear_damping_1ps},

@@ -269,6 +269,37 @@ TEST(Evaluate, a_pinched_cube_holds_up_to_coulombs_limit) {
   }
 }
 
+// Pads with one capsule each touch a ball at its poles with half of their motor's force F, where sliding
+// friction has no arm: torsion alone holds it, up to 2 mu torsion_m F / 2, or 2 torsional_m F / 2.
+TEST(Evaluate, a_pinched_ball_is_held_by_torsion_up_to_its_limit) {
+  hands::Hand gripper = hands::load_hand("parallel_2f");
+  std::erase_if(gripper.capsules, [](const auto& capsule) { return std::abs(capsule.a_L.x()) > 0.005; });
+  for (auto& capsule : gripper.capsules) capsule.a_L.x() = capsule.b_L.x() = 0;
+  constexpr double r = 0.02;
+  const auto field = filled(Vec3::Constant(0.04), 0.001, [](const Vec3& p) { return p.norm() - r; });
+  ObjectBody ball{.field = &field, .mass_kg = 0.1, .inertia_kg_m2 = Vec3::Constant(0.4 * 0.1 * r * r)};
+  Pose X_OH = Pose::Identity();
+  X_OH.translation().z() = -(0.112 + 0.01875);
+  const auto turn = [&](physics::Protocol protocol, double torque_nm) {
+    protocol.acceleration_m_s2 = torque_nm / (ball.mass_kg * physics::gyration_m(ball));
+    const auto posture = physics::posture_at(gripper, field, X_OH, Eigen::VectorXd::Constant(1, 0.0427 - r));
+    return physics::push_trial(protocol, ball, gripper, posture, {"", Vec3::UnitY(), true}, 0).outcome;
+  };
+  const physics::Protocol ours = physics::find_protocol("geocage-force");
+  for (const double torsion_m : {0.003, 0.01}) {
+    gripper.torsion_m = torsion_m;
+    // Above it turns by radians within a tenth of a second; hard pads let a tenth of that torque through.
+    const double limit_nm = ours.engine.friction * torsion_m * ours.grip.force_limit_n;
+    EXPECT_EQ(turn(ours, 0.9 * limit_nm), Outcome::held) << torsion_m;
+    EXPECT_EQ(turn(ours, 1.1 * limit_nm), Outcome::lost) << torsion_m;
+    gripper.torsion_m = 0;
+    EXPECT_EQ(turn(ours, 0.1 * limit_nm), Outcome::lost) << torsion_m;
+  }
+  const physics::Protocol bodex = physics::find_protocol("bodex");
+  EXPECT_EQ(turn(bodex, 0.9 * 0.02 * bodex.grip.force_limit_n), Outcome::held);
+  EXPECT_EQ(turn(bodex, 1.1 * 0.02 * bodex.grip.force_limit_n), Outcome::lost);
+}
+
 // What no finger touches moves by a t (t + dt) / 2 in symplectic Euler, whatever it weighs, and is lost once
 // that is 5 cm: read one step early or late it is a t dt off.
 TEST(Evaluate, a_free_object_obeys_the_push) {
@@ -306,7 +337,8 @@ TEST(Evaluate, weighs_by_mass_or_by_density) {
   EXPECT_DOUBLE_EQ(weighed("mass"), 0.25);
   EXPECT_NEAR(weighed("density"), 800 * volume_m3, 1e-12);
 
-  const hands::Hand gripper = hands::load_hand("parallel_2f");
+  hands::Hand gripper = hands::load_hand("parallel_2f");
+  gripper.torsion_m = 0;  // else the palm stops an upright cube before it has gone 5 cm
   const Vec3 half = Vec3::Constant(0.0125);
   const auto cube =
       filled(Vec3::Constant(0.08), 0.001, [&](const Vec3& p) { return physics::box_distance(p, half); });
