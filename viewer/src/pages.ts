@@ -175,7 +175,8 @@ function story(grasp: Grasp, index: number, details: Details, weight: string | u
   const lines: Piece[][] = [];
   const candidate = typeof grasp.scores.candidate === 'number' ? details.candidates[grasp.scores.candidate] : undefined;
   if (candidate)
-    lines.push([h('b', {}, 'Place. '), `Proposed by ${candidate.heuristic}: around this spot the surface winds by `, num('winding_angle_rad', candidate.winding_angle_rad),
+    lines.push([h('b', {}, 'Place. '), `Proposed by ${candidate.heuristic}: around this spot the surface `,
+      typeof candidate.winding_angle_rad === 'number' ? ['winds by ', num('winding_angle_rad', candidate.winding_angle_rad)] : 'has no dominant axis to wind round',
       ' and holds ', num('curvature_sum_rad', candidate.curvature_sum_rad), ' of curvature. ',
       (candidate.winding_angle_rad ?? 0) > 6.2 ? 'The fingers can close a ring round it.' : candidate.curvature_sum_rad > 6 ? 'A hand can cap it like a ball.' : 'It is neither a full ring nor a full cap.']);
   if (has('blocked_share'))
