@@ -12,7 +12,7 @@ struct Engine {
   int iterations = 50;
   double friction = 0.6;  ///< Coulomb's mu of a contact; each body carries its square root
   /// The torsion about its normal that a contact resists, over its force; unset: mu times the hand's own
-  /// `torsion_m`. Bullet limits it apart from the sliding friction.
+  /// `torsion_m`. Limited apart from the sliding friction.
   std::optional<double> torsional_m;
   double contact_m = 1e-3;           ///< contacts are made from this gap on
   double way_out_m_s = 0.02;         ///< fastest that a penetration is undone

@@ -4,9 +4,8 @@
 #include <fstream>
 #include <system_error>
 
-#include <unistd.h>
-
 #include "pipeline/digest.h"
+#include "pipeline/text_file.h"
 
 namespace geocage::pipeline {
 
@@ -59,14 +58,9 @@ std::vector<Failure> Ledger::all() const {
 
 void Ledger::write(const Failure& failure) const {
   fs::create_directories(root_);
-  const fs::path file = file_of(root_, failure.slot);
-  const fs::path beside = file.string() + "." + std::to_string(getpid());
-  std::ofstream out(beside, std::ios::binary);
-  out << first_line << "\n";
-  for (auto member : members) out << one_line(failure.*member) << "\n";
-  out.close();
-  if (!out) throw std::system_error(errno, std::generic_category(), beside.string());
-  fs::rename(beside, file);
+  std::string text = std::string(first_line) + "\n";
+  for (auto member : members) text += one_line(failure.*member) + "\n";
+  replace_text(file_of(root_, failure.slot), text);
 }
 
 void Ledger::forget(const std::string& slot) const {
