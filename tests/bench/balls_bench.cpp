@@ -60,6 +60,12 @@ const geometry::TriangleMesh& surface(const benchmark::State& state) {
 double radius_m(const benchmark::State& state) {
   return check_mesh(surface(state)).diagonal_m() * static_cast<double>(state.range(1)) / 100;
 }
+/// Evenly spaced up to the asked one.
+std::vector<double> radii_of(const benchmark::State& state, int count) {
+  std::vector<double> radii;
+  for (int i = 1; i <= count; ++i) radii.push_back(radius_m(state) * i / count);
+  return radii;
+}
 std::vector<int> some_sources(const geometry::TriangleMesh& mesh) {
   std::vector<int> sources;
   for (int v = 0; v < static_cast<int>(mesh.vertices.size()); v += 50) sources.push_back(v);
@@ -75,8 +81,7 @@ void count_items(benchmark::State& state, std::size_t sources) {
 void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int threads) {
   omp_set_num_threads(threads);
   const auto& mesh = surface(state);
-  std::vector<double> list;
-  for (int i = 1; i <= radii; ++i) list.push_back(radius_m(state) * i / radii);
+  const auto list = radii_of(state, radii);
   topology::BallOptions options;
   options.winding = winding;
   topology::BallSet set;
@@ -85,6 +90,19 @@ void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int 
   double ball = 0;
   for (int count : set.radii.back().ball_vertices) ball += count;
   state.counters["ball"] = ball / static_cast<double>(mesh.vertices.size());
+}
+
+/// The mesh laid out before, as the peers' graphs are.
+void lanes_again(benchmark::State& state, Metric metric, int radii, bool winding) {
+  omp_set_num_threads(1);
+  const auto& mesh = surface(state);
+  topology::BallOptions options;
+  options.winding = winding;
+  const auto list = radii_of(state, radii);
+  topology::LaneBalls balls(mesh);
+  topology::BallSet set;
+  for (auto _ : state) benchmark::DoNotOptimize(set = balls.fields(list, metric, options));
+  count_items(state, mesh.vertices.size());
 }
 
 void plain(benchmark::State& state, Metric metric) {
@@ -221,6 +239,9 @@ BENCHMARK_CAPTURE(lanes, dijkstra_sums, Metric::dijkstra, 1, false, 1)->Apply(sm
 BENCHMARK_CAPTURE(lanes, hop_sums, Metric::hop, 1, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_sums_ten_radii, Metric::hop, 10, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_ten_radii, Metric::hop, 10, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes_again, hop, Metric::hop, 1, true)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes_again, dijkstra, Metric::dijkstra, 1, true)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes_again, hop_ten_radii, Metric::hop, 10, true)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_two_threads, Metric::hop, 1, true, 2)
     ->Apply(small_sizes)
     ->MeasureProcessCPUTime()
