@@ -41,7 +41,8 @@ void ImportParams::visit(pipeline::Fields& f) {
     "labels");
   f("plane_tolerance_m", plane_tolerance_m, {1e-4, 0.1},
     "table scenes: distance of points that lie on the table");
-  f("table_share", table_share, {0, 1}, "auto: a plane with this share of the points is a table");
+  f("table_share", table_share, {0, 1},
+    "auto: a plane with this share of the points is a table; in a room any that carries something");
   f("above_min_m", above_min_m, {0, 1}, "table scenes: objects begin this high above the table");
   f("above_max_m", above_max_m, {0, 10}, "table scenes: objects end this high above the table");
   f("cluster_gap_m", cluster_gap_m, {1e-4, 1}, "table scenes: objects are farther apart than this");
@@ -138,14 +139,19 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, pipeline
 /// The objects on the table; none when there is no table, or nothing on it.
 std::vector<Scene::Object> objects_on_table(const ImportParams& params, pipeline::Run& run, PointCloud& cloud,
                                             const std::string& file) {
-  const FoundPlane table = find_plane(cloud, params.plane_tolerance_m, params.seed);
+  constexpr double largest_object_m = 1.5;  // what auto takes for one
+  const auto [table, standing, in_room] = find_table(
+      cloud,
+      {params.plane_tolerance_m, params.above_min_m, params.above_max_m, params.cluster_points, params.seed});
   const double share = static_cast<double>(table.on.size()) / static_cast<double>(cloud.size());
   run.metric("plane_share", share);
   if (params.scene == "table" && table.on.empty())
     throw UserError(Fault::input, file, "no plane was found in this table scene",
                     "say import.scene = 'object'");
-  if (table.on.empty() || (params.scene == "auto" && share < params.table_share)) return {};
-  const auto standing = standing_on(cloud, table, params.above_min_m, params.above_max_m);
+  run.metric("room", in_room);
+  const bool is_table =
+      share >= params.table_share || (in_room && geometry::diagonal_m(cloud.points) > largest_object_m);
+  if (table.on.empty() || (params.scene == "auto" && !is_table)) return {};
   if (params.cluster_by == "label" && cloud.label.empty())
     throw UserError(Fault::input, file, "its points have no labels", "say import.cluster_by = 'gap'");
   auto objects = params.cluster_by == "label" ? labelled_objects(params, cloud, standing)

@@ -6,6 +6,8 @@
 #include <Eigen/Eigenvalues>
 
 #include "geometry/clusters.h"
+#include "stages/import/outline.h"
+#include "stages/import/room.h"
 
 namespace geocage::stages {
 
@@ -37,36 +39,6 @@ Plane least_squares(const PointCloud& cloud, const std::vector<int>& on) {
   for (int i : on) scatter += (cloud.points[i] - mean) * (cloud.points[i] - mean).transpose();
   const Vec3 normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
   return {normal, normal.dot(mean)};
-}
-
-using Point2 = Eigen::Vector2d;
-
-double turn(const Point2& a, const Point2& b, const Point2& c) {
-  return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
-}
-
-/// Convex hull, counter-clockwise (Andrew's monotone chain).
-std::vector<Point2> convex_hull(std::vector<Point2> points) {
-  std::sort(points.begin(), points.end(), [](const Point2& a, const Point2& b) {
-    return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
-  });
-  std::vector<Point2> hull;
-  for (int pass = 0; pass < 2; ++pass) {
-    const std::size_t base = hull.size();
-    for (const Point2& p : points) {
-      while (hull.size() >= base + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
-}
-
-bool inside(const std::vector<Point2>& hull, const Point2& p) {
-  for (std::size_t i = 0; i < hull.size(); ++i)
-    if (turn(hull[i], hull[(i + 1) % hull.size()], p) < 0) return false;
-  return hull.size() >= 3;
 }
 
 }  // namespace
@@ -106,19 +78,25 @@ FoundPlane find_plane(const PointCloud& cloud, double tolerance_m, std::uint64_t
 
 std::vector<int> standing_on(const PointCloud& cloud, const FoundPlane& table, double above_min_m,
                              double above_max_m) {
-  const Eigen::Matrix3d frame = geometry::frame_from_z(table.plane.normal);
-  const auto foot = [&](const Vec3& p) { return Point2(frame.col(0).dot(p), frame.col(1).dot(p)); };
-  std::vector<Point2> feet;
-  for (int i : table.on) feet.push_back(foot(cloud.points[i]));
-  const auto hull = convex_hull(std::move(feet));
+  std::vector<Vec3> on;
+  for (int i : table.on) on.push_back(cloud.points[i]);
+  const Outline outline(table.plane, on);
   std::vector<int> standing;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Vec3& p = cloud.points[i];
     const double height = table.plane.height_m(p);
-    if (height >= above_min_m && height <= above_max_m && inside(hull, foot(p)))
+    if (height >= above_min_m && height <= above_max_m && outline.holds(p))
       standing.push_back(static_cast<int>(i));
   }
   return standing;
+}
+
+FoundTable find_table(const PointCloud& cloud, const TableRule& rule) {
+  FoundTable found{find_plane(cloud, rule.plane_tolerance_m, rule.seed), {}};
+  if (found.table.on.empty()) return found;
+  if (auto in_room = table_in_room(cloud, found.table, rule)) return *in_room;
+  found.standing = standing_on(cloud, found.table, rule.above_min_m, rule.above_max_m);
+  return found;
 }
 
 std::vector<std::vector<int>> clusters_of(const PointCloud& cloud, const std::vector<int>& chosen,

@@ -1,12 +1,14 @@
 #pragma once
 #include <algorithm>
 #include <map>
+#include <vector>
 
 #include "geometry/scene.h"
 
 namespace geocage::tests {
 
-/// How objects of a scene fit the labels of its points, of labels with enough points above the table.
+/// How objects of a scene fit the labels of its points, of labels (but 0: no thing) with enough points a
+/// centimetre above the table or in an object: a thing that is no object counts as well.
 struct LabelMatch {
   int labelled = 0;  ///< labels
   int found = 0;     ///< that have an object with more than three quarters of their points
@@ -21,36 +23,42 @@ struct LabelMatch {
 inline LabelMatch match_labels(const geometry::Scene& scene, int least_points) {
   std::map<int, std::map<std::size_t, int>> shared;  // label, object: points
   std::map<int, int> total;
+  std::vector<char> counts(scene.cloud.size());
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    counts[i] = scene.cloud.support && scene.cloud.support->height_m(scene.cloud.points[i]) > 0.01;
   LabelMatch match;
   for (std::size_t k = 0; k < scene.objects.size(); ++k) {
     std::map<int, int> labels;
     for (int i : scene.objects[k].points) {
       ++shared[scene.cloud.label[i]][k];
-      ++total[scene.cloud.label[i]];
+      counts[i] = 1;
       ++labels[scene.cloud.label[i]];
     }
     int most = 0;
-    for (const auto& [label, count] : labels) most = std::max(most, count);
+    for (const auto& [label, count] : labels)
+      if (label != 0) most = std::max(most, count);
     match.points += static_cast<int>(scene.objects[k].points.size());
     match.pure += most;
   }
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    if (counts[i]) ++total[scene.cloud.label[i]];
   match.objects = static_cast<int>(scene.objects.size());
   std::map<std::size_t, int> main_labels;  // of each object
-  for (const auto& [label, objects] : shared) {
-    if (total[label] < least_points) continue;
+  for (const auto& [label, count_of_label] : total) {
+    if (label == 0 || count_of_label < least_points) continue;
     ++match.labelled;
     int best = 0, large = 0;
     std::size_t where = 0;
-    for (const auto& [object, count] : objects) {
+    for (const auto& [object, count] : shared[label]) {
       if (count > best) {
         best = count;
         where = object;
       }
-      large += count > total[label] / 4;
+      large += count > count_of_label / 4;
     }
     match.split += large > 1;
-    match.merged += main_labels[where]++ > 0;
-    match.found += best > 0.75 * total[label];
+    if (best > 0) match.merged += main_labels[where]++ > 0;
+    match.found += best > 0.75 * count_of_label;
   }
   return match;
 }

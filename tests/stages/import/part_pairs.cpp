@@ -142,9 +142,10 @@ int main(int argc, char** argv) {
   for (const auto& path : scenes) {
     geometry::Scene scene;
     scene.cloud = geometry::read_cloud(path, 1);
-    const auto table = stages::find_plane(scene.cloud, params.plane_tolerance_m, params.seed);
+    const auto [table, standing, in_room] =
+        stages::find_table(scene.cloud, {params.plane_tolerance_m, params.above_min_m, params.above_max_m,
+                                         params.cluster_points, params.seed});
     const auto sight = stages::sight_of(scene.cloud);
-    const auto standing = stages::standing_on(scene.cloud, table, params.above_min_m, params.above_max_m);
     for (const auto& cluster :
          stages::clusters_of(scene.cloud, standing, std::max(params.cluster_gap_m, stages::most_gap_m),
                              params.cluster_points)) {

@@ -541,6 +541,40 @@ std::vector<TableScene> varied(const std::filesystem::path& objects, int first_s
   return list;
 }
 
+/// A table of chance and what is seen round it: the floor always, walls behind or beside it, maybe against
+/// it, the back of a chair, a box on the floor. Sensors look along +x, from above -x.
+void put_in_a_room(TableScene& scene, Chance& chance) {
+  scene.table_m = {chance.in(0.6, 0.9), chance.in(0.6, 1.2), chance.in(0.02, 0.04)};
+  const double floor = -chance.in(0.65, 0.85), back = scene.table_m.x() / 2, side = scene.table_m.y() / 2;
+  const auto put = [&](const Vec3& size, const Vec3& foot) {
+    scene.room.push_back(placed(standing(datasets::box(size, 12)), foot));
+  };
+  put({6, 6, 0.02}, {0, 0, floor - 0.02});
+  for (double way : {-1, 1})  // out of sight: sensors aim at the middle of the box round everything
+    put({0.01, 0.01, 0.01}, way * Vec3(3.2, 3.2, 2.6));
+  if (chance.below(10) < 7)
+    put({0.02, 6, 2.4}, {back + 0.01 + (chance.below(3) == 0 ? 0 : chance.in(0.02, 0.9)), 0, floor});
+  if (chance.below(10) < 3) {
+    const double way = chance.below(2) == 0 ? -1 : 1;
+    put({6, 0.02, 2.4}, {0, way * (side + 0.01 + chance.in(0, 0.4)), floor});
+  }
+  if (chance.below(10) < 4)
+    put({0.03, 0.42, chance.in(0.1, 0.4) - floor},
+        {back + chance.in(0.04, 0.3), chance.in(-0.3, 0.3), floor});
+  if (chance.below(10) < 5)
+    put({chance.in(0.2, 0.4), chance.in(0.2, 0.4), chance.in(0.1, 0.5)},
+        {chance.in(-0.3, 0.3), (chance.below(2) == 0 ? -1 : 1) * (side + chance.in(0.25, 0.4)), floor});
+}
+
+std::vector<TableScene> rooms(const std::filesystem::path& objects, int first_seed, Seeds seeds) {
+  auto list = varied(objects, first_seed, seeds);
+  for (TableScene& scene : list) {
+    Chance chance(scene.views.front().seed + 1000000);
+    put_in_a_room(scene, chance);
+  }
+  return list;
+}
+
 }  // namespace
 
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects,
@@ -553,13 +587,16 @@ std::vector<TableScene> table_scenes(const std::string& set, const std::filesyst
   if (set == "trial") return varied(objects, 300000, of(160));
   if (set == "varied") return varied(objects, 200000, of(160));
   if (set == "varied_2") return varied(objects, 400000, of(160));
+  if (set == "rooms") return rooms(objects, 600000, of(100));
+  if (set == "rooms_trial") return rooms(objects, 500000, of(100));
   if (set == "wide") return wide(objects, 50000, of(40));
   return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }
 
 void write_seen(const TableScene& scene, const View& view, const std::filesystem::path& file) {
   auto all = scene.things;
-  all.push_back(placed(standing(datasets::box({0.8, 0.7, 0.02})), {0, 0, -0.02}));
+  all.push_back(placed(standing(datasets::box(scene.table_m)), {0, 0, -scene.table_m.z()}));
+  all.insert(all.end(), scene.room.begin(), scene.room.end());
   const double up = view.elevation_deg * M_PI / 180;
   const Vec3 sensor = view.distance_m * Vec3(-std::cos(up), 0, std::sin(up));
   stages::ScanParams params;
@@ -569,6 +606,7 @@ void write_seen(const TableScene& scene, const View& view, const std::filesystem
   params.height = 480;
   params.intrinsics = "field_of_view";
   params.noise = {"kinect"};
+  params.range_max_m = 4;
   params.seed = view.seed;
   pipeline::Run run;
   const auto cloud = stages::scan(params, run, together(all));
@@ -581,14 +619,17 @@ void write_seen(const TableScene& scene, const View& view, const std::filesystem
   for (const Vec3& p : cloud.points) {
     std::size_t label = 0;
     double least = 1;
-    for (std::size_t k = 0; k < surfaces.size() && p.z() > 0.008; ++k) {  // lower is the table, or no matter
+    // Lower is the table or of no matter, and nothing reaches farther over its border.
+    const bool over = 2 * std::abs(p.x()) < scene.table_m.x() + 0.2 &&
+                      2 * std::abs(p.y()) < scene.table_m.y() + 0.2 && p.z() > 0.008;
+    for (std::size_t k = 0; k < surfaces.size() && over; ++k) {
       int nearest = 0;
       if (const double d = surfaces[k]->distance_m(p, nearest); d < least) {
         least = d;
         label = k + 1;
       }
     }
-    out << p.transpose() << " " << (label == surfaces.size() ? 0 : label) << "\n";
+    out << p.transpose() << " " << (label > scene.things.size() ? 0 : label) << "\n";
   }
 }
 

@@ -19,6 +19,8 @@ struct TableScene {
   std::string name;
   std::vector<geometry::TriangleMesh> things;
   std::vector<View> views = {{35}, {50}};
+  geometry::Vec3 table_m = {0.8, 0.7, 0.02};      ///< its top, about the z axis
+  std::vector<geometry::TriangleMesh> room = {};  ///< what else is seen, and is no thing on the table
 };
 
 /// Which seeds of a set of chance, counted from its first.
@@ -31,6 +33,8 @@ struct Seeds {
 /// chance, pushed together or put on each other, by other seeds; nothing was chosen or mended by "unseen".
 /// "wide": one to five, of more kinds. "varied": one to six, of still more kinds, seen from one place of
 /// chance (28 to 62 degrees, 0.7 to 1 m) each; "varied_2": of that kind, for a look when all is chosen.
+/// "rooms": of that kind, on tables of several sizes in rooms of chance: floor, walls, chairs, boxes beside
+/// the table. "rooms_trial": of that kind, to choose by.
 /// "trial": of that kind, to choose by. "training", "training_varied": other scenes of these two kinds.
 /// Meshes of `objects`, where it isn't empty, stand among them. Sets by hand, "fresh" and "unseen" come
 /// whole. Precondition: one of these names.

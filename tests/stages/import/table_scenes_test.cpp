@@ -30,5 +30,17 @@ TEST(TableScenes, GiveAnObjectAThing) {
   }
 }
 
+// Floor, walls and a chair in view, the table against a wall: nothing of them becomes an object.
+TEST(TableScenes, InARoomGiveAnObjectAThing) {
+  const tests::ScratchFolder folder;
+  const auto scenes = tests::table_scenes("rooms_trial", {}, {0, 4});
+  ASSERT_FALSE(scenes.empty());
+  tests::write_seen(scenes.front(), scenes.front().views.front(), folder / "scene.pcd");
+  pipeline::Run run;
+  const auto match = tests::match_labels(find_scene({}, run, {folder / "scene.pcd"}), 300);
+  EXPECT_TRUE(match.one_each()) << match.labelled << " things gave " << match.objects << " objects";
+  EXPECT_EQ(run.metrics().at("room"), 1);
+}
+
 }  // namespace
 }  // namespace geocage::stages

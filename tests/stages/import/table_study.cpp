@@ -1,5 +1,6 @@
 // How often the things of a table scene become one object each:
-//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied|varied_2 [--objects DIR]
+//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied|varied_2|rooms|rooms_trial
+//   [--objects DIR]
 //   [--rule gap] [--rule shape] [--one_thing 0.5] [--part_points 600]
 //   [--keep FOLDER [--write]] [--scene NAME] [--from_seed 0] [--to_seed 160]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
@@ -25,7 +26,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> rules = {"gap", "shape"};
   app.add_option("--set", set, "which scenes")
       ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "training_varied", "trial",
-                             "wide", "varied", "varied_2"}));
+                             "wide", "varied", "varied_2", "rooms", "rooms_trial"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules, "values of import.cluster_by");
   stages::ImportParams params{.scene = "table"};
