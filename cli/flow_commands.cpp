@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include "cli/results_table.h"
 #include "cli/run_report.h"
 #include "pipeline/ledger.h"
+#include "pipeline/passing_folder.h"
 #include "pipeline/shares.h"
 
 namespace geocage::cli {
@@ -99,14 +101,46 @@ std::string command_of(const Shared& shared, const RunOptions& options) {
   return command;
 }
 
+/// The store, for commands that have nothing to say without one; they make none.
+Store standing_store(const Shared& shared) {
+  if (!Store::stands_at(shared.store))
+    throw pipeline::UserError(pipeline::Fault::store, shared.store.string(), "there is no store here",
+                              "--store names another folder; geocage run makes a store");
+  return Store(shared.store);
+}
+
+/// For commands that look at a flow, which may be done before there is a store: an empty one in its place,
+/// that goes with the command. Scenes are made in it, since they are needed to know a flow's slots.
+class PassingStore {
+ public:
+  explicit PassingStore(const Shared& shared) {
+    if (Store::stands_at(shared.store)) return;
+    if (!shared.quiet)
+      tell(fmt::format("{}: there is no store here yet, and none is made\n", shared.store.string()));
+    folder_.emplace();
+  }
+  fs::path root_or(const fs::path& standing) const { return folder_ ? folder_->path() / "store" : standing; }
+
+ private:
+  std::optional<pipeline::PassingFolder> folder_;
+};
+
+enum class Purpose { making, looking };
+
 /// A store and the flow's slots over it.
 struct Opened {
+  std::optional<PassingStore> passing;
   Store store;
   Pipeline pipeline;
   Flow flow;
-  Opened(const Shared& shared, const RunOptions& options)
-      : store(shared.store), pipeline(store), flow(plan(shared, options)) {}
-  Opened(const Shared& shared, const FlowRequest& request) : Opened(shared, RunOptions{.flow = request}) {}
+  Opened(const Shared& shared, const RunOptions& options, Purpose purpose)
+      : passing(purpose == Purpose::looking ? std::optional<PassingStore>(std::in_place, shared)
+                                            : std::nullopt),
+        store(passing ? passing->root_or(shared.store) : shared.store),
+        pipeline(store),
+        flow(plan(shared, options)) {}
+  Opened(const Shared& shared, const FlowRequest& request)
+      : Opened(shared, RunOptions{.flow = request}, Purpose::looking) {}
 
  private:
   Flow plan(const Shared& shared, const RunOptions& options) {
@@ -148,11 +182,11 @@ int dry_run(const Shared& shared, Opened& opened, const pipeline::Wish& wish) {
 }  // namespace
 
 int run(const Shared& shared, const RunOptions& options) {
-  Opened opened(shared, options);
+  Opened opened(shared, options, options.dry_run ? Purpose::looking : Purpose::making);
   if (options.dry_run) return dry_run(shared, opened, options.wish);
   prepare_report(shared.out, options.single_file);
   opened.store.sweep_scratch();
-  pipeline::sweep_worker_scratch();
+  pipeline::sweep_passing_folders(fs::temp_directory_path());
   RunSummary summary;
   {
     const MutedStdout muted;
@@ -213,7 +247,7 @@ int query(const Shared& shared, const QueryOptions& options) {
 }
 
 int failures(const Shared& shared) {
-  const Store store(shared.store);
+  const Store store = standing_store(shared);
   json list = json::array();
   for (const auto& failure : pipeline::Ledger(store).all()) {
     if (shared.json)
@@ -255,7 +289,7 @@ int why(const Shared& shared, const FlowRequest& request, const std::string& slo
 }
 
 int metrics(const Shared& shared, const std::string& pattern) {
-  const Store store(shared.store);
+  const Store store = standing_store(shared);
   std::vector<std::pair<std::string, pipeline::Record>> found;
   std::set<std::string> names;
   for (const auto& slot : store.slots()) {
@@ -286,7 +320,7 @@ int metrics(const Shared& shared, const std::string& pattern) {
 }
 
 int show(const Shared& shared, const FlowRequest&, const std::string& slot) {
-  const Store store(shared.store);
+  const Store store = standing_store(shared);
   const auto note = store.slot(slot);
   const auto record = note ? store.find(note->key) : std::nullopt;
   if (!record)
@@ -324,6 +358,7 @@ int graph(const Shared& shared, const FlowRequest& request) {
 }
 
 int report(const Shared& shared, const FlowRequest& request, bool single_file, int pictures) {
+  standing_store(shared);
   Opened opened(shared, request);
   prepare_report(shared.out, single_file);
   RunSummary summary = summarise(opened.flow, opened.pipeline.present());
@@ -338,7 +373,7 @@ int report(const Shared& shared, const FlowRequest& request, bool single_file, i
 }
 
 int verify(const Shared& shared) {
-  const Store store(shared.store);
+  const Store store = standing_store(shared);
   const auto [artefacts, faults] = store.verify();
   if (shared.json)
     print_json(json{{"schema", "geocage-verify 1"}, {"artefacts", artefacts}, {"faults", faults}});
@@ -350,7 +385,7 @@ int verify(const Shared& shared) {
 }
 
 int collect_garbage(const Shared& shared, bool dry_run) {
-  const auto garbage = Store(shared.store).collect_garbage(dry_run);
+  const auto garbage = standing_store(shared).collect_garbage(dry_run);
   const double megabytes = static_cast<double>(garbage.bytes) / 1e6;
   if (shared.json)
     print_json(json{{"schema", "geocage-gc 1"},

@@ -15,6 +15,7 @@
 #include "cli/console.h"
 #include "cli/help_texts.h"
 #include "cli/parameters.h"
+#include "datasets/program.h"
 
 namespace geocage::cli {
 namespace {
@@ -33,8 +34,9 @@ std::string command_line(int argc, char** argv) {
   return text;
 }
 
-// Whatever a run has published stays; the store needs no unlocking (docs/store.md), and workers die with it.
-void interrupted(int) {
+// What a run has published stays; the store needs no unlocking (docs/store.md), and workers die with it.
+void interrupted(int signal_id) {
+  if (datasets::break_off(signal_id)) return;  // it is raised again
   [[maybe_unused]] const auto written = write(STDERR_FILENO, farewell.data(), farewell.size());
   _exit(exit_interrupted);
 }
@@ -323,5 +325,6 @@ int main(int argc, char** argv) {
              command_line(argc, argv) + "\n";
   signal(SIGINT, interrupted);
   signal(SIGTERM, interrupted);
+  if (signal(SIGHUP, interrupted) == SIG_IGN) signal(SIGHUP, SIG_IGN);  // as nohup wants it
   return guarded_main(argc, argv);
 }

@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -15,6 +14,7 @@
 #include "cli/results_table.h"
 #include "pipeline/digest.h"
 #include "pipeline/text_file.h"
+#include "pipeline/who_and_when.h"
 #include "reports/viewer_files.h"
 
 namespace geocage::cli {
@@ -57,15 +57,6 @@ PairResult result_of(const FlowPair& pair, const Slots& slots) {
 fs::path folder_of(const Slots& slots, const std::string& name) {
   const auto it = slots.find(name);
   return it == slots.end() ? fs::path() : it->second->folder;
-}
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M UTC", &utc);
-  return text;
 }
 
 /// Scenes in the order of their slots, with the surfaces of the objects that they gave.
@@ -132,9 +123,8 @@ reports::ReportInput input_of(const Flow& flow, const RunSummary& summary, const
   for (const auto& slot : summary.slots)
     input.slots.push_back({slot.slot, slot.stage, std::string(pipeline::word(slot.state)), slot.seconds,
                            slot.made_seconds, slot.folder, slot.sentence, slot.metrics});
-  char host[256] = {};
-  gethostname(host, sizeof host - 1);
-  input.run = {{"geocage", GEOCAGE_VERSION}, {"host", host}, {"written", now_utc()}};
+  input.run = {
+      {"geocage", GEOCAGE_VERSION}, {"host", pipeline::host_name()}, {"written", pipeline::now_utc()}};
   return input;
 }
 

@@ -14,12 +14,14 @@
 #include "datasets/program.h"
 #include "datasets/shapes.h"
 #include "pipeline/digest.h"
+#include "pipeline/passing_folder.h"
 #include "pipeline/settings.h"
 
 namespace geocage::datasets {
 
 namespace fs = std::filesystem;
 using pipeline::mistake;
+using pipeline::PassingFolder;
 
 namespace {
 
@@ -68,26 +70,6 @@ void check_entry(const Entry& entry, const std::string& where, std::vector<std::
   if (path.is_absolute() || std::count(path.begin(), path.end(), "..") > 0)
     wrong("path: '" + entry.path + "' leaves the package");
 }
-
-/// A folder that goes away with its owner.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(const fs::path& parent) {
-    std::string name = (parent / "tmp-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw std::system_error(errno, std::generic_category(), name);
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 fs::path place_of(const Entry& entry, const fs::path& folder) {
   const std::string inside = !entry.member.empty() ? entry.member : entry.path;
@@ -185,7 +167,7 @@ std::vector<std::array<T, 3>> list_after(const std::string& text, const std::str
 
 void write_beside(const TriangleMesh& mesh, const fs::path& file) {
   fs::create_directories(file.parent_path());
-  const TemporaryFolder work(fs::absolute(file.parent_path()));
+  const PassingFolder work(file.parent_path());
   geometry::write_ply(work.path() / "mesh.ply", mesh);
   fs::rename(work.path() / "mesh.ply", file);
 }
@@ -218,7 +200,7 @@ Availability made(const Entry& entry, const fs::path& folder, bool write) {
       folder / "shapes" / pipeline::sha256_of(recipe).substr(0, 16) / (entry.name + ".ply");
   const TriangleMesh mesh = make_shape(entry.shape, entry.size_m);
   if (fs::exists(place)) {
-    const TemporaryFolder work(fs::temp_directory_path());  // its own folder may be one to read only
+    const PassingFolder work;  // its own folder may be one to read only
     geometry::write_ply(work.path() / "mesh.ply", mesh);
     if (pipeline::sha256_of_file(work.path() / "mesh.ply") == pipeline::sha256_of_file(place))
       return {Presence::have, place, ""};
@@ -232,7 +214,8 @@ Availability made(const Entry& entry, const fs::path& folder, bool write) {
 Availability fetch(const Entry& entry, const fs::path& folder, const FetchLimits& limits) {
   const fs::path place = place_of(entry, folder);
   fs::create_directories(place.parent_path());
-  const TemporaryFolder work(fs::absolute(folder));
+  pipeline::sweep_passing_folders(folder);
+  const PassingFolder work(folder);
   std::string why;
   const fs::path file = !entry.npm.empty()   ? bring_npm(entry, work.path(), limits, why)
                         : !entry.url.empty() ? bring_url(entry, work.path(), limits, why)
@@ -335,6 +318,7 @@ fs::path datasets_folder() {
 }
 
 Availability check(const Entry& entry, const fs::path& folder) {
+  const PutOff until_cleared_away;
   if (!entry.shape.empty()) return made(entry, folder, false);
   const fs::path place = place_of(entry, folder);
   if (!fs::is_regular_file(place)) return {Presence::unavailable, place, "it has not been fetched yet"};
@@ -345,6 +329,7 @@ Availability check(const Entry& entry, const fs::path& folder) {
 }
 
 Availability get(const Entry& entry, const fs::path& folder, const FetchLimits& limits) {
+  const PutOff until_cleared_away;
   if (!entry.shape.empty()) return made(entry, folder, true);
   const Availability there = check(entry, folder);
   return there.presence == Presence::have ? there : converted(entry, fetch(entry, folder, limits));

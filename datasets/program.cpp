@@ -1,5 +1,6 @@
 #include "datasets/program.h"
 
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -19,6 +20,11 @@ namespace geocage::datasets {
 namespace fs = std::filesystem;
 
 namespace {
+
+// A handler of signals reads and writes these, so they may take no lock.
+std::atomic<int> put_off{0}, broken_off_by{0};
+std::atomic<pid_t> running{0};
+static_assert(std::atomic<pid_t>::is_always_lock_free);
 
 /// What posix_spawn shall do in the child before the program starts.
 class SpawnPlan {
@@ -92,6 +98,19 @@ std::string complaint_in(const fs::path& log, const std::string& program) {
 
 }  // namespace
 
+PutOff::PutOff() {
+  ++put_off;
+}
+PutOff::~PutOff() {
+  if (--put_off == 0 && broken_off_by != 0) raise(broken_off_by);
+}
+
+bool break_off(int signal) {
+  if (put_off == 0 || broken_off_by.exchange(signal) != 0) return false;
+  if (const pid_t group = running; group > 0) kill(-group, SIGKILL);
+  return true;
+}
+
 ProgramResult run_program(const std::vector<std::string>& words, const fs::path& folder, double limit_s) {
   std::vector<std::string> own_words = words, environment = plain_environment();
   auto arguments = pointers_to(own_words), variables = pointers_to(environment);
@@ -100,11 +119,14 @@ ProgramResult run_program(const std::vector<std::string>& words, const fs::path&
   if (error == ENOENT || error == EACCES) return {Ending::not_there, words[0] + " is not on this machine"};
   if (error != 0) throw std::system_error(error, std::generic_category(), words[0]);
 
-  const bool in_time = ends_in_time(child, limit_s);
+  running = child;
+  const bool in_time = broken_off_by == 0 && ends_in_time(child, limit_s);
   if (!in_time) kill(-child, SIGKILL);
+  running = 0;
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
+  if (broken_off_by != 0) return {Ending::failed, words[0] + " was interrupted"};
   if (!in_time)
     return {Ending::too_slow, words[0] + " did not end in " + std::to_string(std::lround(limit_s)) + " s"};
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};

@@ -28,6 +28,11 @@ fs::path folder_of(const std::string& name_or_path) {
   const auto known = hand_names();
   if (std::find(known.begin(), known.end(), name_or_path) != known.end())
     return hands_folder() / name_or_path;
+  if (fs::is_directory(path))
+    throw UserError(Fault::configuration, path.string(), "this folder holds no hand.toml",
+                    "`geocage hands check` of a URDF that has none writes a draft");
+  if (path.has_parent_path())
+    throw UserError(Fault::configuration, path.string(), "this is neither a folder of a hand nor a URDF");
   const std::string nearest = pipeline::nearest_name(name_or_path, known);
   throw UserError(
       Fault::configuration, "hand '" + name_or_path + "'", "there is no such hand",

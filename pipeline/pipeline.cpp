@@ -2,19 +2,18 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <set>
 #include <sstream>
 
 #include <fmt/format.h>
 #include <fnmatch.h>
-#include <unistd.h>
 
 #include "pipeline/digest.h"
 #include "pipeline/ledger.h"
 #include "pipeline/schedule.h"
 #include "pipeline/settings.h"
+#include "pipeline/who_and_when.h"
 
 namespace geocage::pipeline {
 
@@ -25,21 +24,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
-std::string host() {
-  char name[256] = {};
-  gethostname(name, sizeof name - 1);
-  return name;
 }
 
 /// The digest of the running program, for the record.
@@ -261,7 +245,7 @@ void Pipeline::make(Node& node, const std::string& recipe, Watcher& watcher) {
   record.metrics = run.metrics();
   record.seconds = seconds_since(start);
   record.made_at = now_utc();
-  record.host = host();
+  record.host = host_name();
   record.program = program_digest();
   if (const auto before = store_.find(record.key()); before && before->content != record.content)
     watcher.log(node.slot, "this stage answered otherwise than before: it depends on more than its recipe");

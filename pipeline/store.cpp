@@ -18,6 +18,7 @@
 
 #include "pipeline/digest.h"
 #include "pipeline/error.h"
+#include "pipeline/who_and_when.h"
 
 namespace geocage::pipeline {
 
@@ -31,12 +32,6 @@ constexpr const char* lock_of_all = "open";  ///< in locks/, held by whoever has
 
 [[noreturn]] void throw_errno(const fs::path& path) {
   throw std::system_error(errno, std::generic_category(), path.string());
-}
-
-std::string host_name() {
-  char name[256] = {};
-  gethostname(name, sizeof name - 1);
-  return name;
 }
 
 void sync(const fs::path& path, int flags) {
@@ -158,28 +153,34 @@ std::string Record::key() const {
   return sha256_of(recipe);
 }
 
+bool Store::stands_at(const fs::path& root) {
+  if (const auto text = read_text(root / "FORMAT")) {
+    if (*text == format_line) return true;
+    throw UserError(Fault::store, root.string(),
+                    "this store has the format '" + text->substr(0, 40) + "', not 1",
+                    "give another folder by --store");
+  }
+  std::error_code error;
+  const bool taken = fs::exists(root, error) && (!fs::is_directory(root) || !fs::is_empty(root));
+  if (error) throw std::system_error(error, root.string());
+  const bool half_made = taken && fs::is_directory(root) && fs::exists(root / "tmp");
+  if (taken && !half_made)
+    throw UserError(Fault::store, root.string(),
+                    "this is not a geocage store, and not an empty folder either",
+                    "give another folder by --store");
+  return false;
+}
+
 Store::Store(fs::path root) : root_(std::move(root)) {
-  const fs::path format = root_ / "FORMAT";
-  if (const auto text = read_text(format)) {
-    if (*text != format_line)
-      throw UserError(Fault::store, root_.string(),
-                      "this store has the format '" + text->substr(0, 40) + "', not 1",
-                      "give another folder by --store");
+  if (stands_at(root_)) {
     std::error_code ignored;  // a copy may have lost its empty folders, and may be one to read only
     for (const char* part : parts) fs::create_directories(root_ / part, ignored);
     open_ = std::make_shared<FileLock>(root_ / "locks" / lock_of_all, FileLock::Holders::many);
     return;
   }
-  std::error_code error;
-  const bool taken = fs::exists(root_, error) && (!fs::is_directory(root_) || !fs::is_empty(root_));
-  const bool half_made = taken && fs::is_directory(root_) && fs::exists(root_ / "tmp");
-  if (taken && !half_made)
-    throw UserError(Fault::store, root_.string(),
-                    "this is not a geocage store, and not an empty folder either",
-                    "give another folder by --store");
   for (const char* part : parts) fs::create_directories(root_ / part);
   const fs::path desk = scratch();
-  write_atomically(desk / "FORMAT", format, format_line);
+  write_atomically(desk / "FORMAT", root_ / "FORMAT", format_line);
   fs::remove(desk);
   open_ = std::make_shared<FileLock>(root_ / "locks" / lock_of_all, FileLock::Holders::many);
 }

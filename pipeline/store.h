@@ -52,6 +52,8 @@ class Store {
   /// Opens or makes the store at `root`. UserError (store) when the folder is something else or another
   /// format.
   explicit Store(std::filesystem::path root);
+  /// Whether there is a store at `root`; makes nothing. UserError as the constructor.
+  static bool stands_at(const std::filesystem::path& root);
 
   const std::filesystem::path& root() const { return root_; }
   std::filesystem::path folder(const std::string& content) const;

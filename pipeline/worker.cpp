@@ -16,7 +16,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -24,6 +23,7 @@
 #include <unistd.h>
 
 #include "pipeline/error.h"
+#include "pipeline/passing_folder.h"
 
 namespace geocage::pipeline {
 
@@ -59,40 +59,15 @@ class Pipe {
 
 constexpr int exit_user_error = 40, exit_memory = 41, exit_exception = 42, exit_system = 43;
 
-constexpr const char* scratch_name = "geocage-worker-";
-
-/// Opens a folder and locks it, as whoever works in it does: the kernel lets go when the last process of it
-/// dies. -1 when another one works in it.
-int locked(const fs::path& folder) {
-  const int handle = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (handle >= 0 && flock(handle, LOCK_EX | LOCK_NB) == 0) return handle;
-  if (handle >= 0) close(handle);
-  return -1;
-}
-
-/// A scratch folder that goes with its scope; sweep_worker_scratch removes what a killed process left.
+/// What a worker leaves, and the sentence that it fails with.
 class Scratch {
  public:
-  Scratch() {
-    std::string pattern = (fs::temp_directory_path() / (scratch_name + std::string("XXXXXX"))).string();
-    if (!mkdtemp(pattern.data())) throw std::system_error(errno, std::generic_category(), pattern);
-    path_ = pattern;
-    lock_ = locked(path_);
-    fs::create_directory(path_ / "value");
-  }
-  ~Scratch() {
-    if (lock_ >= 0) close(lock_);
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  fs::path value() const { return path_ / "value"; }
-  fs::path message() const { return path_ / "message"; }
+  Scratch() { fs::create_directory(value()); }
+  fs::path value() const { return folder_.path() / "value"; }
+  fs::path message() const { return folder_.path() / "message"; }
 
  private:
-  fs::path path_;
-  int lock_ = -1;
+  PassingFolder folder_;
 };
 
 std::uint64_t virtual_memory_bytes() {
@@ -230,23 +205,6 @@ End wait_for(pid_t child, double seconds, const Pipe& pipe, const HowFar& hear) 
 std::string_view word(Loss loss) {
   constexpr std::string_view words[] = {"crash", "timeout", "out_of_memory", "exception"};
   return words[static_cast<int>(loss)];
-}
-
-void sweep_worker_scratch() {
-  std::error_code error;
-  const auto old =
-      fs::file_time_type::clock::now() - std::chrono::minutes(1);  // a new one may not be locked yet
-  std::vector<fs::path> left;
-  for (fs::directory_iterator it(fs::temp_directory_path(), error), end; !error && it != end;
-       it.increment(error))
-    if (it->path().filename().string().starts_with(scratch_name)) left.push_back(it->path());
-  for (const auto& folder : left) {
-    if (fs::last_write_time(folder, error) > old || error) continue;
-    const int lock = locked(folder);
-    if (lock < 0) continue;
-    fs::remove_all(folder, error);
-    close(lock);
-  }
 }
 
 void tell_how_far(std::size_t done, std::size_t total) {

@@ -33,9 +33,6 @@ class WorkerLost : public UserError {
   Loss loss_;
 };
 
-/// Removes scratch folders of processes that are gone: killed ones can't.
-void sweep_worker_scratch();
-
 /// What a worker took.
 struct WorkerUse {
   double peak_memory_gib = 0;  ///< most that was resident at once, with what it shares with this process

@@ -8,28 +8,38 @@ namespace geocage::topology {
 
 Patches::Patches(const BallMesh& mesh)
     : mesh_(mesh),
-      given_(static_cast<std::size_t>(mesh.count)),
-      slot_(static_cast<std::size_t>(mesh.count) + 1) {}
+      start_(1, 0),
+      taken_(static_cast<std::size_t>(mesh.count)),
+      slot_(static_cast<std::size_t>(mesh.count) + 1) {
+  members_.reserve(static_cast<std::size_t>(mesh.count));
+}
 
-void Patches::next(std::vector<int>& sources) {
-  constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
-  sources.clear();
+std::span<const int> Patches::next() {
   const std::lock_guard lock(mutex_);
-  while (seed_ < mesh_.count && given_[seed_]) ++seed_;
+  if (given_out_ + 1 == start_.size()) make_next();
+  if (given_out_ + 1 == start_.size()) return {};
+  const int begin = start_[given_out_], end = start_[++given_out_];
+  return {members_.data() + begin, static_cast<std::size_t>(end - begin)};
+}
+
+void Patches::make_next() {
+  constexpr int farthest_seen = 6 * lanes;  // where no vertex is left nearby, a smaller patch it is
+  while (seed_ < mesh_.count && taken_[seed_]) ++seed_;
   if (seed_ == mesh_.count) return;
   const GrowInput input{mesh_.link_start.data(), mesh_.links.neighbour.data(), mesh_.count, nullptr};
   queue_.assign(1, seed_);
   slot_[seed_] = slot_[mesh_.count] = 1;
+  const std::size_t begin = members_.size(), full = begin + lanes;
   int reached = 1;
-  for (int head = 0; head < reached && head < farthest_seen && sources.size() < lanes;) {
+  for (int head = 0; head < reached && head < farthest_seen && members_.size() < full;) {
     const int ring = head, end = reached;
     std::size_t links = spare_links;
-    for (; head < end && head < farthest_seen && sources.size() < lanes; ++head) {
+    for (; head < end && head < farthest_seen && members_.size() < full; ++head) {
       const int v = queue_[head];
       links += static_cast<std::size_t>(mesh_.link_start[v + 1] - mesh_.link_start[v]);
-      if (given_[v]) continue;
-      given_[v] = 1;
-      sources.push_back(v);
+      if (taken_[v]) continue;
+      taken_[v] = 1;
+      members_.push_back(v);
     }
     if (head < end) break;
     queue_.resize(static_cast<std::size_t>(reached) + links);
@@ -37,14 +47,16 @@ void Patches::next(std::vector<int>& sources) {
   }
   for (int i = 0; i < reached; ++i) slot_[queue_[i]] = 0;
   slot_[mesh_.count] = 0;
-  for (int v : sources) slot_[v] = 1;
-  order(sources);
-  for (int v : sources) slot_[v] = 0;
+  const std::span<int> patch(members_.data() + begin, members_.size() - begin);
+  for (int v : patch) slot_[v] = 1;
+  order(patch);
+  for (int v : patch) slot_[v] = 0;
+  start_.push_back(static_cast<int>(members_.size()));
 }
 
 /// First what has no neighbour outside of its patch, which has the slots, then the others one after the other
 /// round its middle: the rings of a region keep that order, so that a ball is few runs of each.
-void Patches::order(std::vector<int>& patch) const {
+void Patches::order(std::span<int> patch) const {
   geometry::Vec3 middle = geometry::Vec3::Zero(), normal = middle;
   for (int v : patch) middle += mesh_.position(v);
   middle /= static_cast<double>(patch.size());

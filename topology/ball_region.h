@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "topology/ball_mesh.h"
@@ -10,19 +11,26 @@
 namespace geocage::topology {
 
 /// Groups vertices into compact patches of at most `lanes`, whose balls are grown together: each vertex is in
-/// one of them, and they come in the same order whoever asks. Any thread may ask for the next one.
+/// one of them, and they come in the same order whoever asks. Any thread may ask for the next one. They are
+/// made when they are asked for first, and kept.
 class Patches {
  public:
   explicit Patches(const BallMesh& mesh);
   /// The ranks of the next patch; none when all have been given out.
-  void next(std::vector<int>& sources);
+  std::span<const int> next();
+  /// The first patch is next again.
+  void rewind() { given_out_ = 0; }
 
  private:
-  void order(std::vector<int>& patch) const;
+  void make_next();
+  void order(std::span<int> patch) const;
   const BallMesh& mesh_;
   std::mutex mutex_;
-  int seed_ = 0;             ///< all before it have been given out
-  std::vector<char> given_;  ///< whether a vertex has
+  std::vector<int> members_;   ///< patch after patch; never moves
+  std::vector<int> start_;     ///< of each patch that is made, and the next one's
+  std::size_t given_out_ = 0;  ///< so many patches
+  int seed_ = 0;               ///< all before it are in a patch
+  std::vector<char> taken_;    ///< whether a vertex is
   std::vector<int> slot_, queue_;
 };
 

@@ -1,13 +1,16 @@
 #include "topology/lane_balls.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <memory>
 #include <new>
+#include <span>
 
 #include <Eigen/Eigenvalues>
+#include <omp.h>
 
 #include "topology/ball_axes.h"
 #include "topology/ball_region.h"
@@ -44,23 +47,30 @@ class Aligned {
   std::size_t count_ = 0;
 };
 
-/// What all threads share.
-struct Job {
+/// A mesh laid out, whatever will be asked.
+struct Ground {
   BallMesh mesh;
   const VertexGrid grid;
   Patches patches;
+
+  explicit Ground(const TriangleMesh& m) : mesh(m), grid(mesh), patches(mesh) {
+    std::vector<float>().swap(mesh.longest_m);  // the grid has it
+  }
+};
+
+/// What is asked, and its answer.
+struct Job {
+  const BallMesh& mesh;
   const Metric metric;
-  const BallOptions options;
+  const BallOptions& options;
   std::vector<int> hop_limits;
   double largest_m = 0;
   LinkWeights link_weights;
-  std::vector<std::uint32_t> length_limits;
-  std::uint32_t length_slack = 0;
+  std::vector<std::uint32_t> length_limits, length_slacks;  ///< of each radius
   BallSet& set;
 
-  Job(const TriangleMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
-      : mesh(m), grid(mesh), patches(mesh), metric(used_metric), options(o), set(out) {
-    std::vector<float>().swap(mesh.longest_m);  // the grid has it
+  Job(const BallMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
+      : mesh(m), metric(used_metric), options(o), set(out) {
     for (const BallFields& ball : set.radii) largest_m = std::max(largest_m, ball.radius_m);
     if (metric == Metric::hop)
       count_hops();
@@ -94,10 +104,12 @@ struct Job {
       }
     link_weights.mean = quanta(mesh.mean_edge_m / quantum_m);
     link_weights.longest = quanta(mesh.longest_edge_m / quantum_m);
-    const double most_edges = largest_m / std::max(shortest, 1e-300);
-    length_slack = most_edges > 0x1p24 ? 1u << 29 : static_cast<std::uint32_t>(3 + 0.51 * most_edges);
-    for (const BallFields& ball : set.radii)
+    for (const BallFields& ball : set.radii) {
+      const double most_edges = ball.radius_m / std::max(shortest, 1e-300);
+      length_slacks.push_back(most_edges > 0x1p24 ? 1u << 29
+                                                  : static_cast<std::uint32_t>(3 + 0.51 * most_edges));
       length_limits.push_back(static_cast<std::uint32_t>(ball.radius_m * radius_slack / quantum_m));
+    }
   }
 
   /// Edges longer than the largest radius count as long as that: a plain search decides what they reach.
@@ -113,34 +125,36 @@ static_assert(sizeof(Words) == sizeof(std::uint64_t) * mask_words);
 /// One thread's desk: the balls of a patch.
 class PatchBalls {
  public:
-  explicit PatchBalls(Job& job)
-      : job_(job),
-        mesh_(job.mesh),
-        region_(job.mesh),
-        exact_(job.mesh),
-        walker_(job.mesh, job.grid),
-        masks_(job.set.radii.size()) {}
+  explicit PatchBalls(const Ground& ground)
+      : mesh_(ground.mesh), region_(ground.mesh), exact_(ground.mesh), walker_(ground.mesh, ground.grid) {}
 
-  void run(const std::vector<int>& patch) {
+  void begin(Job& job) {
+    job_ = &job;
+    masks_.resize(job.set.radii.size());
+    too_far.clear();
+    searched_exactly = walker_.searched_whole = 0;
+  }
+
+  void run(std::span<const int> patch) {
     sources_ = patch.data();
     count_ = static_cast<int>(patch.size());
     for (int w = 0; w < mask_words; ++w) too_far_[w] = 0;
-    if (job_.metric == Metric::hop)
+    if (job_->metric == Metric::hop)
       grow_hops();
     else
       grow_lengths();
     add_up();
     correct_sums();
-    for (std::size_t q = 0; q < job_.set.radii.size(); ++q) {
+    for (std::size_t q = 0; q < job_->set.radii.size(); ++q) {
       tasks_.clear();
-      principal_axes(sums(q, 0), count_, job_.options.eigenvalue_ratio_guard, axes_);
+      principal_axes(sums(q, 0), count_, job_->options.eigenvalue_ratio_guard, axes_);
       for (int l = 0; l < count_; ++l) {
         if (too_far_[l / 64] >> (l % 64) & 1)
           too_far.push_back(mesh_.original[sources_[l]]);
         else
           finish(q, l);
       }
-      measure_sections(job_.set.radii[q]);
+      measure_sections(job_->set.radii[q]);
     }
   }
 
@@ -167,17 +181,17 @@ class PatchBalls {
   }
 
   void grow_hops() {
-    const int most = *std::max_element(job_.hop_limits.begin(), job_.hop_limits.end());
+    const int most = *std::max_element(job_->hop_limits.begin(), job_->hop_limits.end());
     const int depth = std::min(most, most_hops);
     region_.grow_by_hops(sources_, count_, depth);
     reaches_.clear();
-    for (int limit : job_.hop_limits)
+    for (int limit : job_->hop_limits)
       reaches_.push_back(static_cast<std::uint32_t>(std::min(limit, most_hops)));
     make_masks(reaches_);
     std::uint8_t* rows = rows_.at_least(static_cast<std::size_t>(region_.size()) * lanes);
     hop_rows(region_.view(), depth, rows, dirty_.data());
     for (std::size_t q = 0; q < masks_.size(); ++q)
-      hop_masks(rows, end_[q], std::min(job_.hop_limits[q], most_hops), masks(q));
+      hop_masks(rows, end_[q], std::min(job_->hop_limits[q], most_hops), masks(q));
     if (most <= most_hops) return;
     // More hops than a byte holds: good enough where the surface ends before that.
     const bool ends = region_.rings() <= depth;
@@ -187,41 +201,50 @@ class PatchBalls {
   }
 
   void grow_lengths() {
-    const std::uint32_t farthest = *std::max_element(job_.length_limits.begin(), job_.length_limits.end());
-    region_.grow_by_length(sources_, count_, farthest + job_.length_slack, job_.link_weights);
     reaches_.clear();
-    for (std::uint32_t limit : job_.length_limits) reaches_.push_back(limit + job_.length_slack);
+    for (std::size_t q = 0; q < masks_.size(); ++q)
+      reaches_.push_back(job_->length_limits[q] + job_->length_slacks[q]);
+    const std::uint32_t farthest = *std::max_element(reaches_.begin(), reaches_.end());
+    region_.grow_by_length(sources_, count_, farthest, job_->link_weights);
     make_masks(reaches_);
     auto* rows = reinterpret_cast<std::uint32_t*>(
         rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
-    std::uint64_t undecided[mask_words] = {};
+    undecided_.assign(masks_.size(), {});
+    std::uint64_t any_undecided[mask_words] = {};
     for (int first = 0; first < lanes; first += length_lanes) {
-      if (first < count_)
-        length_rows(region_.view(), farthest + job_.length_slack, first, rows, dirty_.data());
+      if (first < count_) length_rows(region_.view(), farthest, first, rows, dirty_.data());
       for (std::size_t q = 0; q < masks_.size(); ++q) {
         if (first >= count_) {
           for (std::ptrdiff_t i = 0; i < end_[q]; ++i)
             reinterpret_cast<std::uint32_t*>(masks(q) + i * mask_words)[first / length_lanes] = 0;
           continue;
         }
-        const std::uint32_t limit = job_.length_limits[q], slack = std::min(job_.length_slack, limit);
+        const std::uint32_t limit = job_->length_limits[q], slack = std::min(job_->length_slacks[q], limit);
         const std::uint64_t close = length_masks(rows, end_[q], limit, slack, first / length_lanes, masks(q));
-        undecided[first / 64] |= close << (first % 64);
+        undecided_[q][first / 64] |= close << (first % 64);
+        any_undecided[first / 64] |= close << (first % 64);
       }
     }
-    for_lanes(undecided, [&](int l) { search_exactly(l); });
+    for_lanes(any_undecided, [&](int l) { search_exactly(l); });
   }
 
-  /// A vertex of the lane is nearer to a radius than whole quanta can tell: lengths as doubles decide.
+  /// A vertex of the lane is nearer to some radii than whole quanta can tell: there lengths as doubles
+  /// decide.
   void search_exactly(int lane) {
     ++searched_exactly;
     const std::uint64_t bit = std::uint64_t{1} << (lane % 64);
-    const auto& found = exact_.run(sources_[lane], job_.largest_m * radius_slack);
+    const auto reach_m = [&](std::size_t q) { return job_->set.radii[q].radius_m * radius_slack; };
+    const auto is_open = [&](std::size_t q) { return (undecided_[q][lane / 64] & bit) != 0; };
+    double farthest_m = 0;
+    for (std::size_t q = 0; q < masks_.size(); ++q)
+      if (is_open(q)) farthest_m = std::max(farthest_m, reach_m(q));
+    const auto& found = exact_.run(sources_[lane], farthest_m);
     for (std::size_t q = 0; q < masks_.size(); ++q) {
+      if (!is_open(q)) continue;
       std::uint64_t* words = masks(q) + lane / 64;
       for (std::ptrdiff_t i = 0; i < end_[q]; ++i) words[i * mask_words] &= ~bit;
       for (const auto& [distance_m, vertex] : found) {
-        if (distance_m > job_.set.radii[q].radius_m * radius_slack) break;
+        if (distance_m > reach_m(q)) break;
         words[static_cast<std::ptrdiff_t>(region_.slot()[vertex] - 1) * mask_words] |= bit;
       }
     }
@@ -381,7 +404,7 @@ class PatchBalls {
   }
 
   void finish(std::size_t q, int l) {
-    BallFields& out = job_.set.radii[q];
+    BallFields& out = job_->set.radii[q];
     const int rank = sources_[l], v = mesh_.original[rank];
     const double* sum = sums(q, l);
     const bool alone = sum[slot_count] == 1;
@@ -399,7 +422,7 @@ class PatchBalls {
     if (axes_.state[l] == LaneAxes::unsure && !solve_axis(sum, mean, axis)) return;
     axis = directed(axis);
     out.axis[v] = axis;
-    if (!job_.options.winding) return;
+    if (!job_->options.winding) return;
     const LaneBall ball{region_.slot(), masks_[q].data() + l / 64, std::uint64_t{1} << (l % 64)};
     tasks_.push_back({ball, rank, out.center[v], axis, 0, 0});
   }
@@ -414,7 +437,7 @@ class PatchBalls {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
     const Vec3& values = solver.eigenvalues();
     axis = solver.eigenvectors().col(2);
-    return values[2] > 0 && values[2] >= job_.options.eigenvalue_ratio_guard * values[1];
+    return values[2] > 0 && values[2] >= job_->options.eigenvalue_ratio_guard * values[1];
   }
 
   void measure_sections(BallFields& out) {
@@ -426,7 +449,7 @@ class PatchBalls {
     }
   }
 
-  Job& job_;
+  Job* job_ = nullptr;
   const BallMesh& mesh_;
   Region region_;
   LengthSearch exact_;
@@ -444,36 +467,57 @@ class PatchBalls {
   std::vector<int> end_;                ///< of each radius: no vertex from there on is in any ball
   std::vector<std::uint32_t> reaches_;  ///< of each radius, from the patch
   std::vector<CutTask> tasks_;
+  std::vector<std::array<std::uint64_t, mask_words>> undecided_;  ///< of each radius, the lanes
   std::uint64_t too_far_[mask_words] = {};
 };
 
 }  // namespace
 
-BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
-                         const BallOptions& options, LaneReport* report) {
+struct LaneBalls::Kept {
+  explicit Kept(const TriangleMesh& mesh) : ground(mesh) {}
+  Ground ground;
+  std::vector<std::unique_ptr<PatchBalls>> desks;  ///< one a thread
+};
+
+LaneBalls::LaneBalls(const TriangleMesh& mesh) : mesh_(mesh) {
+  if (!mesh.vertices.empty()) kept_ = std::make_unique<Kept>(mesh);
+}
+LaneBalls::~LaneBalls() = default;
+
+BallSet LaneBalls::fields(const std::vector<double>& radii_m, Metric metric, const BallOptions& options,
+                          LaneReport* report) {
   BallSet set;
-  for (double radius : radii_m) set.radii.push_back(BallFields::of_size(mesh.vertices.size(), radius));
-  if (mesh.vertices.empty()) return set;
-  Job job(mesh, metric, options, set);
+  for (double radius : radii_m) set.radii.push_back(BallFields::of_size(mesh_.vertices.size(), radius));
+  if (!kept_) return set;
+  Job job(kept_->ground.mesh, metric, options, set);
+  kept_->ground.patches.rewind();
+  kept_->desks.resize(std::max(kept_->desks.size(), static_cast<std::size_t>(omp_get_max_threads())));
   std::vector<int> too_far;
   int searched_whole = 0, searched_exactly = 0;
 #pragma omp parallel
   {
-    PatchBalls balls(job);
-    std::vector<int> patch;
-    for (job.patches.next(patch); !patch.empty(); job.patches.next(patch)) balls.run(patch);
+    auto& desk = kept_->desks[static_cast<std::size_t>(omp_get_thread_num())];
+    if (!desk) desk = std::make_unique<PatchBalls>(kept_->ground);
+    desk->begin(job);
+    for (auto patch = kept_->ground.patches.next(); !patch.empty(); patch = kept_->ground.patches.next())
+      desk->run(patch);
 #pragma omp critical
     {
-      too_far.insert(too_far.end(), balls.too_far.begin(), balls.too_far.end());
-      searched_exactly += balls.searched_exactly;
-      searched_whole += balls.searched_whole();
+      too_far.insert(too_far.end(), desk->too_far.begin(), desk->too_far.end());
+      searched_exactly += desk->searched_exactly;
+      searched_whole += desk->searched_whole();
     }
   }
   std::sort(too_far.begin(), too_far.end());
   too_far.erase(std::unique(too_far.begin(), too_far.end()), too_far.end());
-  if (!too_far.empty()) PlainBalls(mesh, metric, options).measure(too_far, set);
+  if (!too_far.empty()) PlainBalls(mesh_, metric, options).measure(too_far, set);
   if (report) *report = {searched_whole, searched_exactly + static_cast<int>(too_far.size())};
   return set;
+}
+
+BallSet lane_ball_fields(const TriangleMesh& mesh, const std::vector<double>& radii_m, Metric metric,
+                         const BallOptions& options, LaneReport* report) {
+  return LaneBalls(mesh).fields(radii_m, metric, options, report);
 }
 
 }  // namespace geocage::topology

@@ -275,10 +275,15 @@ void report(const CageEvaluations& all, int loosening_trials, pipeline::Run& run
                           physics::rule_text(one.rule)));
 }
 
+/// Only grasps with a way out are bisected.
+std::size_t most_bisections(std::size_t grasps, const CageParams& params) {
+  return physics::six_directions().size() * std::min<std::size_t>(grasps, params.energy_grasps);
+}
+
 /// Searches for ways out with less of a rise than those found, of the first grasps.
 void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>& locked,
                   const CageParams& params, const geometry::SignedDistanceField& field,
-                  const std::function<void()>& one_done) {
+                  const std::function<void(std::size_t)>& done) {
   constexpr int halvings = 4;
   struct Wanted {
     physics::EscapeSearch* search;
@@ -293,6 +298,7 @@ void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>
     for (std::size_t way = 0; way < one.search.rise_m.size(); ++way)
       wanted.push_back({&one.search, &locked[one.grasp]->hand.escape, way});
   }
+  done(most_bisections(all.list.size(), params) - wanted.size());  // those that nothing asks for
   pipeline::for_each_item(wanted.size(), [&](std::size_t i) {
     const auto& [search, escape, way] = wanted[i];
     const physics::RiseBound bound = physics::lower_rise(
@@ -301,7 +307,7 @@ void bisect_rises(CageEvaluations& all, const std::vector<std::optional<Locked>>
     search->rise_m[way] = bound.rise_m;
     search->unfound_rise_m[way] = bound.unfound_m;
 #pragma omp critical
-    one_done();
+    done(1);
   });
 }
 
@@ -404,14 +410,15 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
     });
   }
 
-  const std::size_t bisections =  // at most: only of grasps with a way out
-      physics::six_directions().size() * std::min<std::size_t>(postures.size(), params.energy_grasps);
-  std::size_t done = 0;
-  const auto one_done = [&] { run.progress(++done, work.size() + bisections); };
+  const std::size_t total = work.size() + most_bisections(postures.size(), params);
+  std::size_t so_far = 0;
+  const auto done = [&](std::size_t n) {
+    if (n > 0) run.progress(so_far += n, total);
+  };
   pipeline::for_each_item(work.size(), [&](std::size_t i) {
     work[i]();
 #pragma omp critical
-    one_done();
+    done(1);
   });
 
   for (CageEvaluation& evaluation : all.list)
@@ -419,7 +426,7 @@ CageEvaluations cage(const CageParams& params, pipeline::Run& run, const hands::
       judge(evaluation, *locked[evaluation.grasp], params, protocol);
       evaluation.loosening = std::move(loosened[evaluation.grasp]);
     }
-  bisect_rises(all, locked, params, field, one_done);
+  bisect_rises(all, locked, params, field, done);
   all.self_check = checked(locked, params, body);
   all.recordings = recorded(locked, postures, grasps, hand, params, body);
   std::vector<Locked*> fars, opens, randoms;

@@ -5,6 +5,7 @@
 // items per second compare. Run with --benchmark_enable_random_interleaving=true
 // --benchmark_repetitions=3: peers side by side.
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include <benchmark/benchmark.h>
@@ -15,6 +16,9 @@
 #include <omp.h>
 
 #include "datasets/shapes.h"
+#include "stages/remesh/isotropic.h"
+#include "stages/remesh/remesh.h"
+#include "tests/bench/study_objects.h"
 #include "topology/ball_mesh.h"
 #include "topology/lane_balls.h"
 #include "topology/plain_balls.h"
@@ -24,11 +28,30 @@ namespace {
 
 using topology::Metric;
 
-enum Shape { dented_torus, round_sphere };
+enum Shape { dented_torus, round_sphere, bumpy_sphere, first_object };
+
+/// The objects of the folder that GEOCAGE_TEST_OBJECTS names, if it does.
+const std::vector<std::pair<std::string, geometry::TriangleMesh>>& objects() {
+  static const auto read = [] {
+    const char* folder = std::getenv("GEOCAGE_TEST_OBJECTS");
+    return folder ? bench::objects_of(folder) : decltype(bench::objects_of(""))();
+  }();
+  return read;
+}
 
 /// About so many vertices, all triangles of about the same size: balls of a torus' tube meet themselves,
-/// those of a sphere are discs.
+/// those of a sphere are discs. The bumpy sphere and the objects have the net that the stage `remesh` gives.
 geometry::TriangleMesh make_shape(std::int64_t shape, double vertices) {
+  const auto count = static_cast<int>(vertices);
+  const int sweeps = stages::RemeshParams().sweeps;
+  if (shape >= first_object)
+    return stages::isotropic(objects()[static_cast<std::size_t>(shape - first_object)].second, count, sweeps);
+  if (shape == bumpy_sphere) {
+    auto mesh = datasets::icosphere(1, 5);
+    for (geometry::Vec3& p : mesh.vertices)
+      p *= 1 + 0.1 * std::sin(5 * p.x() + 1) * std::sin(4 * p.y()) * std::cos(6 * p.z());
+    return stages::isotropic(mesh, count, sweeps);
+  }
   if (shape == round_sphere) {
     auto mesh = datasets::box({2, 2, 2}, static_cast<int>(std::lround(std::sqrt(vertices / 6))));
     for (geometry::Vec3& p : mesh.vertices) p = geometry::Vec3((M_PI / 4 * (p.array())).tan()).normalized();
@@ -60,6 +83,12 @@ const geometry::TriangleMesh& surface(const benchmark::State& state) {
 double radius_m(const benchmark::State& state) {
   return check_mesh(surface(state)).diagonal_m() * static_cast<double>(state.range(1)) / 100;
 }
+/// Evenly spaced up to the asked one.
+std::vector<double> radii_of(const benchmark::State& state, int count) {
+  std::vector<double> radii;
+  for (int i = 1; i <= count; ++i) radii.push_back(radius_m(state) * i / count);
+  return radii;
+}
 std::vector<int> some_sources(const geometry::TriangleMesh& mesh) {
   std::vector<int> sources;
   for (int v = 0; v < static_cast<int>(mesh.vertices.size()); v += 50) sources.push_back(v);
@@ -75,8 +104,7 @@ void count_items(benchmark::State& state, std::size_t sources) {
 void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int threads) {
   omp_set_num_threads(threads);
   const auto& mesh = surface(state);
-  std::vector<double> list;
-  for (int i = 1; i <= radii; ++i) list.push_back(radius_m(state) * i / radii);
+  const auto list = radii_of(state, radii);
   topology::BallOptions options;
   options.winding = winding;
   topology::BallSet set;
@@ -85,6 +113,19 @@ void lanes(benchmark::State& state, Metric metric, int radii, bool winding, int 
   double ball = 0;
   for (int count : set.radii.back().ball_vertices) ball += count;
   state.counters["ball"] = ball / static_cast<double>(mesh.vertices.size());
+}
+
+/// The mesh laid out before, as the peers' graphs are.
+void lanes_again(benchmark::State& state, Metric metric, int radii, bool winding) {
+  omp_set_num_threads(1);
+  const auto& mesh = surface(state);
+  topology::BallOptions options;
+  options.winding = winding;
+  const auto list = radii_of(state, radii);
+  topology::LaneBalls balls(mesh);
+  topology::BallSet set;
+  for (auto _ : state) benchmark::DoNotOptimize(set = balls.fields(list, metric, options));
+  count_items(state, mesh.vertices.size());
 }
 
 void plain(benchmark::State& state, Metric metric) {
@@ -205,7 +246,7 @@ void boost_ball_lists(benchmark::State& state) {
 }
 
 void small_sizes(benchmark::internal::Benchmark* bench) {
-  for (int shape : {dented_torus, round_sphere})
+  for (int shape : {dented_torus, round_sphere, bumpy_sphere})
     for (int percent : {10, 25}) bench->Args({20, percent, shape})->Unit(benchmark::kMillisecond);
 }
 void sizes(benchmark::internal::Benchmark* bench) {
@@ -221,10 +262,34 @@ BENCHMARK_CAPTURE(lanes, dijkstra_sums, Metric::dijkstra, 1, false, 1)->Apply(sm
 BENCHMARK_CAPTURE(lanes, hop_sums, Metric::hop, 1, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_sums_ten_radii, Metric::hop, 10, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_ten_radii, Metric::hop, 10, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, dijkstra_ten_radii, Metric::dijkstra, 10, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes_again, hop, Metric::hop, 1, true)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes_again, dijkstra, Metric::dijkstra, 1, true)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes_again, hop_ten_radii, Metric::hop, 10, true)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_two_threads, Metric::hop, 1, true, 2)
     ->Apply(small_sizes)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
+
+/// objects/<what>/<name>/<percent>
+const bool objects_are_listed = [] {
+  for (std::size_t i = 0; i < objects().size(); ++i)
+    for (const int percent : {10, 25}) {
+      const auto list = [&](const std::string& what, auto function) {
+        benchmark::RegisterBenchmark(
+            ("objects/" + what + "/" + objects()[i].first + "/" + std::to_string(percent)).c_str(), function)
+            ->Args({20, percent, first_object + static_cast<int>(i)})
+            ->Unit(benchmark::kMillisecond);
+      };
+      list("boost_ball", boost_ball);
+      list("boost_ball_lists", boost_ball_lists);
+      list("lanes", [](benchmark::State& state) { lanes(state, Metric::hop, 1, true, 1); });
+      list("lanes_again", [](benchmark::State& state) { lanes_again(state, Metric::hop, 1, true); });
+      list("lanes_again_dijkstra",
+           [](benchmark::State& state) { lanes_again(state, Metric::dijkstra, 1, true); });
+    }
+  return true;
+}();
 
 }  // namespace
 }  // namespace geocage

@@ -54,6 +54,16 @@ TEST_F(Contract, HandsCheckTellsWhatAHandNeeds) {
   EXPECT_EQ(geocage({"hands", "check", "no_such_hand"}).code, 2);
 }
 
+TEST_F(Contract, AFolderThatIsNoHandIsSaidToBeNone) {
+  std::filesystem::create_directory(file("claw"));
+  const Ended folder = geocage({"hands", "check", file("claw")});
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_NE(folder.err.find("this folder holds no hand.toml"), std::string::npos) << folder.err;
+  const Ended nothing = geocage({"hands", "check", file("clwa")});
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_EQ(nothing.err.find("did you mean"), std::string::npos) << nothing.err;
+}
+
 TEST_F(Contract, HelpNamesEveryCommandAndTheExitCodes) {
   const Ended help = geocage({"--help"});
   EXPECT_EQ(help.code, 0);
@@ -314,6 +324,7 @@ TEST_F(Contract, OutputThatIsLostIsCode5) {
 // What is opened after a closed stream would get its number, and what is printed would go into it.
 TEST_F(Contract, StreamsMayBeClosed) {
   const std::string store = "--store '" + file("store") + "'";
+  { const pipeline::Store made(file("store")); }
   const Ended closed = geocage_in_shell("\"$GEOCAGE\" failures --json " + store + " <&- >&- 2>&-");
   EXPECT_EQ(closed.code, 0);
   EXPECT_EQ(geocage_in_shell("\"$GEOCAGE\" nonsense <&- >&- 2>&-").code, 2);
@@ -334,7 +345,70 @@ TEST_F(Contract, StoreOfAnotherKindIsCode5) {
   EXPECT_EQ(geocage({"verify", "--store", folder_.path().string()}).code, 5);
 }
 
+// A mistyped --store is said, and not made. A flow may be looked at before there is a store.
+TEST_F(Contract, CommandsThatLookMakeNoStore) {
+  const std::string store = file("strore");
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"verify"},
+                                                {"gc"},
+                                                {"gc", "--dry-run"},
+                                                {"failures"},
+                                                {"metrics", "*"},
+                                                {"show", "mug/remesh"},
+                                                {"report", "--out", file("out")}}) {
+    auto all = words;
+    all.insert(all.end(), {"--store", store});
+    const Ended ended = geocage(all);
+    EXPECT_EQ(ended.code, 5) << words[0];
+    EXPECT_EQ(ended.out, "") << words[0];
+    EXPECT_TRUE(ended.err.starts_with(store + ": error: there is no store here (")) << ended.err;
+    EXPECT_EQ(std::ranges::count(ended.err, '\n'), 1) << ended.err;
+  }
+  const std::string flow = write("flow.toml", "objects = ['torus']\n");
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"status"}, {"why", "torus/import"}, {"graph"}, {"run", "--dry-run"}}) {
+    auto all = words;
+    all.insert(all.end(), {flow, "--store", store, "--out", file("out")});
+    const Ended ended = geocage(all);
+    EXPECT_EQ(ended.code, 0) << words[0] << ended.err;
+    EXPECT_NE(ended.out.find("torus/import"), std::string::npos) << ended.out;
+    EXPECT_NE(ended.err.find(store + ": there is no store here yet"), std::string::npos) << ended.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(store));
+  EXPECT_FALSE(std::filesystem::exists(file("out")));
+}
+
+// What brings files clears away what it began, its programs too.
+TEST_F(Contract, AnInterruptedDownloadLeavesNothing) {
+  write("catalogue.toml",
+        "[thing]\nkind = 'mesh'\nurl = 'https://localhost/thing.obj'\nlicence = 'MIT'\n"
+        "sha256 = '" +
+            std::string(64, '0') + "'\n");
+  std::filesystem::create_directory(file("bin"));
+  write("bin/curl", "#!/bin/sh\nsleep 60 &\necho $! > '" + file("sleeper.new") + "'\nmv '" +
+                        file("sleeper.new") + "' '" + file("sleeper") + "'\nwait\n");
+  std::filesystem::permissions(file("bin/curl"), std::filesystem::perms::owner_all);
+  for (const char* signal : {"INT", "TERM", "HUP"}) {
+    const Ended ended = geocage_in_shell(
+        "cd '" + folder_.path().string() +
+        "' && rm -f sleeper && export PATH=\"$PWD/bin:$PATH\"\n"
+        "GEOCAGE_CATALOGUE=catalogue.toml GEOCAGE_DATASETS=data \"$GEOCAGE\" datasets get thing & pid=$!\n"
+        "while [ ! -e sleeper ]; do sleep 0.02; done\n"
+        "kill -" +
+        std::string(signal) +
+        " $pid; wait $pid; code=$?\n"
+        "for i in $(seq 100); do kill -0 $(cat sleeper) 2>/dev/null || exit $code; sleep 0.02; done\n"
+        "kill $(cat sleeper); exit 99");
+    EXPECT_EQ(ended.code, 130) << signal << ended.err;
+    EXPECT_NE(ended.err.find("goes on from here"), std::string::npos) << ended.err;
+    int left = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(file("data")))
+      left += entry.is_regular_file() || entry.path().filename().string().starts_with("geocage");
+    EXPECT_EQ(left, 0) << signal;
+  }
+}
+
 TEST_F(Contract, EmptyStoreVerifiesAndCollects) {
+  { const pipeline::Store made(file("store")); }
   EXPECT_EQ(geocage({"verify", "--store", file("store")}).code, 0);
   EXPECT_EQ(json::parse(geocage({"gc", "--dry-run", "--json", "--store", file("store")}).out)["entries"], 0);
   EXPECT_EQ(geocage({"gc", "--store", file("store")}).code, 0);

@@ -218,6 +218,30 @@ TEST(LaneBalls, SameBytesForEveryInstructionSetAndThreadCount) {
   }
 }
 
+// What one call leaves behind is nothing to the next: fewer radii and lanes, another metric, more threads.
+TEST(LaneBalls, AskedAgainGivesTheSameBytes) {
+  const auto mesh = knot(120, 10);
+  LaneBalls kept(mesh);
+  BallOptions sums_only;
+  sums_only.winding = false;
+  const auto expect_same = [&](const std::vector<double>& radii, Metric metric, const BallOptions& options,
+                               int threads) {
+    omp_set_num_threads(threads);
+    LaneReport again, once;
+    const auto got = kept.fields(radii, metric, options, &again),
+               wanted = lane_ball_fields(mesh, radii, metric, options, &once);
+    for (std::size_t q = 0; q < radii.size(); ++q) EXPECT_TRUE(same_bytes(got.radii[q], wanted.radii[q]));
+    EXPECT_EQ(again.searched_whole, once.searched_whole);
+    EXPECT_EQ(again.searched_plainly, once.searched_plainly);
+  };
+  expect_same({2.1, 0.9}, Metric::hop, {}, 1);
+  expect_same({0.3}, Metric::hop, {}, 2);
+  expect_same({0.2, 1.4, 0.7}, Metric::dijkstra, {}, 2);
+  expect_same({1.1}, Metric::dijkstra, sums_only, 1);
+  expect_same({2.1, 0.9}, Metric::hop, {}, 2);
+  EXPECT_TRUE(LaneBalls({}).fields({1}, Metric::hop, {}).radii.front().center.empty());
+}
+
 // Where a ring closes, its crossings on both sides of the start count as walked: no search of the whole ball.
 TEST(LaneBalls, RingsNeedNoWholeSearch) {
   LaneReport report;
@@ -321,11 +345,15 @@ TEST(BallMesh, DefectsAreThoseOfTheMesh) {
 TEST(Patches, HoldEachVertexOnce) {
   const BallMesh mesh(two_bodies());
   Patches patches(mesh);
-  std::vector<int> all, patch;
-  for (patches.next(patch); !patch.empty(); patches.next(patch)) {
+  std::vector<int> all, again;
+  for (auto patch = patches.next(); !patch.empty(); patch = patches.next()) {
     EXPECT_LE(patch.size(), lanes);
     all.insert(all.end(), patch.begin(), patch.end());
   }
+  patches.rewind();
+  for (auto patch = patches.next(); !patch.empty(); patch = patches.next())
+    again.insert(again.end(), patch.begin(), patch.end());
+  EXPECT_EQ(again, all);
   ASSERT_EQ(static_cast<int>(all.size()), mesh.count);
   std::sort(all.begin(), all.end());
   for (int v = 0; v < mesh.count; ++v) EXPECT_EQ(all[v], v);

@@ -62,8 +62,22 @@ CageParams quick() {
   return params;
 }
 
+/// Progress grows and ends at its total, whatever there was to do.
+class ProgressRun : public pipeline::Run {
+ public:
+  ~ProgressRun() override { EXPECT_EQ(done_, total_); }
+  void progress(std::size_t done, std::size_t total) override {
+    EXPECT_GT(done, done_);
+    EXPECT_TRUE(total_ == 0 || total_ == total);
+    done_ = done, total_ = total;
+  }
+
+ private:
+  std::size_t done_ = 0, total_ = 0;
+};
+
 CageEvaluations caged(const hands::GraspSet& set, double* trials = nullptr) {
-  pipeline::Run run;
+  ProgressRun run;
   CageEvaluations all = cage(quick(), run, set, ball_mesh(), ball_field(), sdh());
   if (trials) *trials = run.metrics().at("trials");
   return all;
