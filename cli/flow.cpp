@@ -102,13 +102,14 @@ Script read_script(const FlowRequest& request, std::vector<std::string>& mistake
 
 std::vector<FlowObject> flow_objects(const FlowRequest& request, const Script& script) {
   std::vector<FlowObject> objects;
+  std::error_code error;  // a name may be too long for a file
   if (request.dataset.empty()) {
     const bool replaced = !request.object.empty() &&
                           std::count(script.objects.begin(), script.objects.end(), request.object) == 0;
     objects =
         replaced ? find_objects({request.object}, "--object") : find_objects(script.objects, script.where);
     if (replaced) return objects;
-  } else if (fs::is_directory(request.dataset)) {
+  } else if (fs::is_directory(request.dataset, error)) {
     objects = objects_of_folder(request.dataset);
   } else {
     objects = find_objects({request.dataset}, "--dataset");

@@ -19,6 +19,7 @@
 #include "pipeline/ledger.h"
 #include "pipeline/passing_folder.h"
 #include "pipeline/shares.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::cli {
 
@@ -83,10 +84,10 @@ int exit_code(const reports::Counts& counts) {
 std::string command_of(const Shared& shared, const RunOptions& options) {
   const FlowRequest& request = options.flow;
   std::error_code gone;
-  std::string command = "cd " + quoted(fs::current_path(gone).string()) + " && geocage run";
-  if (request.file) command += " " + quoted(request.file->string());
+  std::string command = "cd " + pipeline::for_shell(fs::current_path(gone).string()) + " && geocage run";
+  if (request.file) command += " " + pipeline::for_shell(request.file->string());
   const auto option = [&](const char* name, const std::string& value) {
-    if (!value.empty()) command += std::string(" ") + name + " " + quoted(value);
+    if (!value.empty()) command += std::string(" ") + name + " " + pipeline::for_shell(value);
   };
   option("--dataset", request.dataset);
   option("--object", request.object);
@@ -308,7 +309,7 @@ int metrics(const Shared& shared, const std::string& pattern) {
   for (const auto& [slot, record] : found) {
     list.push_back({{"slot", slot}, {"seconds", record.seconds}, {"metrics", record.metrics}});
     if (shared.json) continue;
-    fmt::print("\"{}\",{:.3f}", slot, record.seconds);
+    fmt::print("{},{:.3f}", pipeline::for_csv(slot), record.seconds);
     for (const auto& name : names) {
       const auto it = record.metrics.find(name);
       fmt::print(",{}", it == record.metrics.end() ? "" : fmt::format("{:.6g}", it->second));

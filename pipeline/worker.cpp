@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -166,6 +167,12 @@ void keep_message(const fs::path& file, const UserError& error) {
   }
 }
 
+std::string text_of(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", x);
+  return text;
+}
+
 /// How a worker's process ended.
 struct End {
   bool in_time = true;
@@ -232,7 +239,7 @@ WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
   };
   const bool signalled = WIFSIGNALED(status);
   if (!end.in_time || (signalled && WTERMSIG(status) == SIGXCPU))
-    fail(Loss::timeout, "did not end within " + std::to_string(static_cast<int>(limits.seconds)) + " s");
+    fail(Loss::timeout, "did not end within " + text_of(limits.seconds) + " s");
   if (signalled && WTERMSIG(status) == SIGKILL)
     fail(Loss::memory, "was killed by the system, which does so when it runs out of memory");
   if (signalled) fail(Loss::crash, std::string("crashed (") + strsignal(WTERMSIG(status)) + ")");
@@ -243,8 +250,7 @@ WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
     case exit_user_error:
       throw_message(scratch.message());
     case exit_memory:
-      fail(Loss::memory,
-           "asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
+      fail(Loss::memory, "asked for more than " + text_of(limits.memory_gib) + " GiB");
       break;
     case exit_system:
       throw_system_error(scratch.message());
