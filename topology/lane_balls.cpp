@@ -1,6 +1,7 @@
 #include "topology/lane_balls.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -65,8 +66,7 @@ struct Job {
   std::vector<int> hop_limits;
   double largest_m = 0;
   LinkWeights link_weights;
-  std::vector<std::uint32_t> length_limits;
-  std::uint32_t length_slack = 0;
+  std::vector<std::uint32_t> length_limits, length_slacks;  ///< of each radius
   BallSet& set;
 
   Job(const BallMesh& m, Metric used_metric, const BallOptions& o, BallSet& out)
@@ -104,10 +104,12 @@ struct Job {
       }
     link_weights.mean = quanta(mesh.mean_edge_m / quantum_m);
     link_weights.longest = quanta(mesh.longest_edge_m / quantum_m);
-    const double most_edges = largest_m / std::max(shortest, 1e-300);
-    length_slack = most_edges > 0x1p24 ? 1u << 29 : static_cast<std::uint32_t>(3 + 0.51 * most_edges);
-    for (const BallFields& ball : set.radii)
+    for (const BallFields& ball : set.radii) {
+      const double most_edges = ball.radius_m / std::max(shortest, 1e-300);
+      length_slacks.push_back(most_edges > 0x1p24 ? 1u << 29
+                                                  : static_cast<std::uint32_t>(3 + 0.51 * most_edges));
       length_limits.push_back(static_cast<std::uint32_t>(ball.radius_m * radius_slack / quantum_m));
+    }
   }
 
   /// Edges longer than the largest radius count as long as that: a plain search decides what they reach.
@@ -199,41 +201,50 @@ class PatchBalls {
   }
 
   void grow_lengths() {
-    const std::uint32_t farthest = *std::max_element(job_->length_limits.begin(), job_->length_limits.end());
-    region_.grow_by_length(sources_, count_, farthest + job_->length_slack, job_->link_weights);
     reaches_.clear();
-    for (std::uint32_t limit : job_->length_limits) reaches_.push_back(limit + job_->length_slack);
+    for (std::size_t q = 0; q < masks_.size(); ++q)
+      reaches_.push_back(job_->length_limits[q] + job_->length_slacks[q]);
+    const std::uint32_t farthest = *std::max_element(reaches_.begin(), reaches_.end());
+    region_.grow_by_length(sources_, count_, farthest, job_->link_weights);
     make_masks(reaches_);
     auto* rows = reinterpret_cast<std::uint32_t*>(
         rows_.at_least(static_cast<std::size_t>(region_.size()) * length_lanes * sizeof(std::uint32_t)));
-    std::uint64_t undecided[mask_words] = {};
+    undecided_.assign(masks_.size(), {});
+    std::uint64_t any_undecided[mask_words] = {};
     for (int first = 0; first < lanes; first += length_lanes) {
-      if (first < count_)
-        length_rows(region_.view(), farthest + job_->length_slack, first, rows, dirty_.data());
+      if (first < count_) length_rows(region_.view(), farthest, first, rows, dirty_.data());
       for (std::size_t q = 0; q < masks_.size(); ++q) {
         if (first >= count_) {
           for (std::ptrdiff_t i = 0; i < end_[q]; ++i)
             reinterpret_cast<std::uint32_t*>(masks(q) + i * mask_words)[first / length_lanes] = 0;
           continue;
         }
-        const std::uint32_t limit = job_->length_limits[q], slack = std::min(job_->length_slack, limit);
+        const std::uint32_t limit = job_->length_limits[q], slack = std::min(job_->length_slacks[q], limit);
         const std::uint64_t close = length_masks(rows, end_[q], limit, slack, first / length_lanes, masks(q));
-        undecided[first / 64] |= close << (first % 64);
+        undecided_[q][first / 64] |= close << (first % 64);
+        any_undecided[first / 64] |= close << (first % 64);
       }
     }
-    for_lanes(undecided, [&](int l) { search_exactly(l); });
+    for_lanes(any_undecided, [&](int l) { search_exactly(l); });
   }
 
-  /// A vertex of the lane is nearer to a radius than whole quanta can tell: lengths as doubles decide.
+  /// A vertex of the lane is nearer to some radii than whole quanta can tell: there lengths as doubles
+  /// decide.
   void search_exactly(int lane) {
     ++searched_exactly;
     const std::uint64_t bit = std::uint64_t{1} << (lane % 64);
-    const auto& found = exact_.run(sources_[lane], job_->largest_m * radius_slack);
+    const auto reach_m = [&](std::size_t q) { return job_->set.radii[q].radius_m * radius_slack; };
+    const auto is_open = [&](std::size_t q) { return (undecided_[q][lane / 64] & bit) != 0; };
+    double farthest_m = 0;
+    for (std::size_t q = 0; q < masks_.size(); ++q)
+      if (is_open(q)) farthest_m = std::max(farthest_m, reach_m(q));
+    const auto& found = exact_.run(sources_[lane], farthest_m);
     for (std::size_t q = 0; q < masks_.size(); ++q) {
+      if (!is_open(q)) continue;
       std::uint64_t* words = masks(q) + lane / 64;
       for (std::ptrdiff_t i = 0; i < end_[q]; ++i) words[i * mask_words] &= ~bit;
       for (const auto& [distance_m, vertex] : found) {
-        if (distance_m > job_->set.radii[q].radius_m * radius_slack) break;
+        if (distance_m > reach_m(q)) break;
         words[static_cast<std::ptrdiff_t>(region_.slot()[vertex] - 1) * mask_words] |= bit;
       }
     }
@@ -456,6 +467,7 @@ class PatchBalls {
   std::vector<int> end_;                ///< of each radius: no vertex from there on is in any ball
   std::vector<std::uint32_t> reaches_;  ///< of each radius, from the patch
   std::vector<CutTask> tasks_;
+  std::vector<std::array<std::uint64_t, mask_words>> undecided_;  ///< of each radius, the lanes
   std::uint64_t too_far_[mask_words] = {};
 };
 

@@ -5,6 +5,7 @@
 // items per second compare. Run with --benchmark_enable_random_interleaving=true
 // --benchmark_repetitions=3: peers side by side.
 #include <cmath>
+#include <cstdlib>
 #include <map>
 
 #include <benchmark/benchmark.h>
@@ -15,6 +16,9 @@
 #include <omp.h>
 
 #include "datasets/shapes.h"
+#include "stages/remesh/isotropic.h"
+#include "stages/remesh/remesh.h"
+#include "tests/bench/study_objects.h"
 #include "topology/ball_mesh.h"
 #include "topology/lane_balls.h"
 #include "topology/plain_balls.h"
@@ -24,11 +28,30 @@ namespace {
 
 using topology::Metric;
 
-enum Shape { dented_torus, round_sphere };
+enum Shape { dented_torus, round_sphere, bumpy_sphere, first_object };
+
+/// The objects of the folder that GEOCAGE_TEST_OBJECTS names, if it does.
+const std::vector<std::pair<std::string, geometry::TriangleMesh>>& objects() {
+  static const auto read = [] {
+    const char* folder = std::getenv("GEOCAGE_TEST_OBJECTS");
+    return folder ? bench::objects_of(folder) : decltype(bench::objects_of(""))();
+  }();
+  return read;
+}
 
 /// About so many vertices, all triangles of about the same size: balls of a torus' tube meet themselves,
-/// those of a sphere are discs.
+/// those of a sphere are discs. The bumpy sphere and the objects have the net that the stage `remesh` gives.
 geometry::TriangleMesh make_shape(std::int64_t shape, double vertices) {
+  const auto count = static_cast<int>(vertices);
+  const int sweeps = stages::RemeshParams().sweeps;
+  if (shape >= first_object)
+    return stages::isotropic(objects()[static_cast<std::size_t>(shape - first_object)].second, count, sweeps);
+  if (shape == bumpy_sphere) {
+    auto mesh = datasets::icosphere(1, 5);
+    for (geometry::Vec3& p : mesh.vertices)
+      p *= 1 + 0.1 * std::sin(5 * p.x() + 1) * std::sin(4 * p.y()) * std::cos(6 * p.z());
+    return stages::isotropic(mesh, count, sweeps);
+  }
   if (shape == round_sphere) {
     auto mesh = datasets::box({2, 2, 2}, static_cast<int>(std::lround(std::sqrt(vertices / 6))));
     for (geometry::Vec3& p : mesh.vertices) p = geometry::Vec3((M_PI / 4 * (p.array())).tan()).normalized();
@@ -223,7 +246,7 @@ void boost_ball_lists(benchmark::State& state) {
 }
 
 void small_sizes(benchmark::internal::Benchmark* bench) {
-  for (int shape : {dented_torus, round_sphere})
+  for (int shape : {dented_torus, round_sphere, bumpy_sphere})
     for (int percent : {10, 25}) bench->Args({20, percent, shape})->Unit(benchmark::kMillisecond);
 }
 void sizes(benchmark::internal::Benchmark* bench) {
@@ -239,6 +262,7 @@ BENCHMARK_CAPTURE(lanes, dijkstra_sums, Metric::dijkstra, 1, false, 1)->Apply(sm
 BENCHMARK_CAPTURE(lanes, hop_sums, Metric::hop, 1, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_sums_ten_radii, Metric::hop, 10, false, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes, hop_ten_radii, Metric::hop, 10, true, 1)->Apply(small_sizes);
+BENCHMARK_CAPTURE(lanes, dijkstra_ten_radii, Metric::dijkstra, 10, true, 1)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes_again, hop, Metric::hop, 1, true)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes_again, dijkstra, Metric::dijkstra, 1, true)->Apply(small_sizes);
 BENCHMARK_CAPTURE(lanes_again, hop_ten_radii, Metric::hop, 10, true)->Apply(small_sizes);
@@ -246,6 +270,26 @@ BENCHMARK_CAPTURE(lanes, hop_two_threads, Metric::hop, 1, true, 2)
     ->Apply(small_sizes)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
+
+/// objects/<what>/<name>/<percent>
+const bool objects_are_listed = [] {
+  for (std::size_t i = 0; i < objects().size(); ++i)
+    for (const int percent : {10, 25}) {
+      const auto list = [&](const std::string& what, auto function) {
+        benchmark::RegisterBenchmark(
+            ("objects/" + what + "/" + objects()[i].first + "/" + std::to_string(percent)).c_str(), function)
+            ->Args({20, percent, first_object + static_cast<int>(i)})
+            ->Unit(benchmark::kMillisecond);
+      };
+      list("boost_ball", boost_ball);
+      list("boost_ball_lists", boost_ball_lists);
+      list("lanes", [](benchmark::State& state) { lanes(state, Metric::hop, 1, true, 1); });
+      list("lanes_again", [](benchmark::State& state) { lanes_again(state, Metric::hop, 1, true); });
+      list("lanes_again_dijkstra",
+           [](benchmark::State& state) { lanes_again(state, Metric::dijkstra, 1, true); });
+    }
+  return true;
+}();
 
 }  // namespace
 }  // namespace geocage

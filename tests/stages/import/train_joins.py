@@ -13,23 +13,26 @@ from sklearn.metrics import roc_auc_score
 from sklearn.model_selection import GroupShuffleSplit
 
 TREES, DEPTH, RATE = 300, 5, 0.1
+CRUMB = 100  # points
 
 
 def read(paths):
-    names, rows = None, []
+    names, rows, scenes, crumbs = None, [], [], 0
     for path in paths:
         with open(path) as file:
             table = csv.reader(file)
             header = next(table)[4:]
             assert names in (None, header), f"{path} has other clues"
             names = header
-            rows += list(table)
-    data = np.array([[float(v) for v in row[1:]] for row in rows])
-    scenes = np.array([row[0].rsplit("-", 1)[0] for row in rows])
-    # Two thirds of the pairs are crumbs that are told again and again: one of three of them stands for three.
-    crumb = data[:, 1] < 100
-    kept = ~crumb | (np.arange(len(data)) % 3 == 0)
-    data, scenes, crumb = data[kept], scenes[kept], crumb[kept]
+            for row in table:
+                # Many pairs are crumbs that are told again and again: one of three of them stands for three.
+                crumbs += int(row[2]) < CRUMB
+                if int(row[2]) < CRUMB and crumbs % 3:
+                    continue
+                rows.append(np.array(row[1:], dtype=np.float32))
+                scenes.append(row[0].rsplit("-", 1)[0])
+    data, scenes = np.array(rows, dtype=float), np.array(scenes)
+    crumb = data[:, 1] < CRUMB
     x, one = data[:, 3:], data[:, 0].astype(int)
     # A wrong join of large parts costs a thing, of crumbs nothing; each scene counts alike.
     weight = np.clip(data[:, 1] / 600, 0.05, 1) * np.where(crumb, 3, 1)
