@@ -137,13 +137,19 @@ struct Opened {
   Opened(const Shared& shared, const RunOptions& options, Purpose purpose)
       : passing(purpose == Purpose::looking ? std::optional<PassingStore>(std::in_place, shared)
                                             : std::nullopt),
-        store(passing ? passing->root_or(shared.store) : shared.store),
+        store(passing ? passing->root_or(shared.store) : root_for(options.flow, shared.store)),
         pipeline(store),
         flow(plan(shared, options)) {}
   Opened(const Shared& shared, const FlowRequest& request)
       : Opened(shared, RunOptions{.flow = request}, Purpose::looking) {}
 
  private:
+  /// A flow with mistakes in it makes no store.
+  static const fs::path& root_for(const FlowRequest& request, const fs::path& root) {
+    if (!Store::stands_at(root)) check_flow(request);
+    return root;
+  }
+
   Flow plan(const Shared& shared, const RunOptions& options) {
     pipeline.guard({.limits = {.seconds = options.stage_seconds,
                                .memory_gib = options.stage_memory_gib,

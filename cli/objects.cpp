@@ -95,7 +95,7 @@ std::vector<FlowObject> find_objects(const std::vector<std::string>& words, cons
   for (const auto& word : words) {
     const auto entry =
         std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.name == word; });
-    const bool set = std::ranges::count(catalogue, word, &datasets::Entry::set) > 0;
+    const bool set = !word.empty() && std::ranges::count(catalogue, word, &datasets::Entry::set) > 0;
     const bool pattern = word.find_first_of("*?[") != std::string::npos;
     const auto files = pattern ? glob_files(word) : std::vector<fs::path>{};
     if (entry == catalogue.end() && set) {

@@ -157,7 +157,10 @@ void keep_message(const fs::path& file, const UserError& error) {
     const bool no_memory = error.code() == std::errc::not_enough_memory ||
                            error.code() == std::errc::resource_unavailable_try_again;  // no thread either
     if (no_memory) _exit(exit_memory);
-    std::ofstream(scratch.message()) << error.code().value() << '\0' << error.what();
+    std::string what = error.what();  // ends with the words of the code, which are added again
+    if (const std::string end = ": " + error.code().message(); what.ends_with(end))
+      what.resize(what.size() - end.size());
+    std::ofstream(scratch.message()) << error.code().value() << '\0' << what;
     _exit(exit_system);
   } catch (const std::exception& error) {
     std::ofstream(scratch.message()) << error.what();
