@@ -235,14 +235,16 @@ WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
   if (child < 0) throw std::system_error(errno, std::generic_category(), "fork of a worker for " + where);
   if (child == 0) be_the_worker(limits, parent, scratch, work, hear ? pipe.in() : -1);
 
-  const End end = wait_for(child, limits.seconds, pipe, hear);
+  const End end = wait_for(child, limits.seconds * limits.patience, pipe, hear);
   const int status = end.status;
   const auto fail = [&](Loss loss, const std::string& sentence) {
     throw WorkerLost(loss, where, limits.subject + " " + sentence, limits.hint);
   };
   const bool signalled = WIFSIGNALED(status);
-  if (!end.in_time || (signalled && WTERMSIG(status) == SIGXCPU))
-    fail(Loss::timeout, "did not end within " + text_of(limits.seconds) + " s");
+  if (!end.in_time)
+    fail(Loss::timeout, "did not end within " + text_of(limits.seconds * limits.patience) + " s");
+  if (signalled && WTERMSIG(status) == SIGXCPU)
+    fail(Loss::timeout, "did not end within " + text_of(limits.seconds) + " s of processor time");
   if (signalled && WTERMSIG(status) == SIGKILL)
     fail(Loss::memory, "was killed by the system, which does so when it runs out of memory");
   if (signalled) fail(Loss::crash, std::string("crashed (") + strsignal(WTERMSIG(status)) + ")");
