@@ -33,11 +33,11 @@ def read(paths, half=()):
                 crumbs += int(row[2]) < CRUMB
                 if int(row[2]) < CRUMB and crumbs % 3:
                     continue
-                rows.append(np.array(row[1:], dtype=np.float32))
+                rows.append(np.array(row[1:], dtype=float))
                 other = path in half  # the same scene in other pieces counts as another
                 scenes.append(f"{other} " + row[0].rsplit("-", 1)[0])
                 share.append(0.5 if other else 1)
-    data, scenes = np.array(rows, dtype=float), np.array(scenes)
+    data, scenes = np.array(rows), np.array(scenes)
     crumb = data[:, 1] < CRUMB
     x, one = data[:, 3:], data[:, 0].astype(int)
     # A wrong join of large parts costs a thing, of crumbs nothing; each scene counts alike.
