@@ -1,25 +1,33 @@
 #include "cli/console.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "pipeline/spelling.h"
+
 namespace geocage::cli {
 
 namespace {
 constexpr const char* clear_line = "\r\x1b[K";
+
+void write_raw(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
 }
+}  // namespace
 
 Console::Console(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 Console::~Console() {
-  if (!quiet_ && terminal_) tell(clear_line);
+  if (!quiet_ && terminal_) write_raw(clear_line);
 }
 
 void Console::line(const std::string& text) {
   if (quiet_) return;
-  tell((terminal_ ? clear_line : "") + text + "\n");
+  if (terminal_) write_raw(clear_line);
+  tell(text + "\n");
   bar();
 }
 
@@ -41,8 +49,10 @@ void Console::bar() {
   const std::size_t width = 24, full = width * ended_ / total_;
   std::string names;
   for (const auto& [slot, how_far] : running_) names.append(" ").append(slot).append(how_far);
-  tell(fmt::format("{}[{:=<{}}{: <{}}] {}/{}{}{:.80}", clear_line, "", full, "", width - full, ended_, total_,
-                   pace(), names));
+  std::ranges::replace(names, '\n', ' ');
+  write_raw(clear_line);
+  tell(fmt::format("[{:=<{}}{: <{}}] {}/{}{}{:.80}", "", full, "", width - full, ended_, total_, pace(),
+                   names));
   std::fflush(stderr);
 }
 
@@ -84,14 +94,7 @@ void print_json(const nlohmann::json& document, int indent) {
 }
 
 void tell(const std::string& text) {
-  std::fputs(text.c_str(), stderr);
-}
-
-std::string quoted(const std::string& word) {
-  if (!word.empty() && word.find_first_of(" '\"$*?[]\\|&;()<>`\n") == std::string::npos) return word;
-  std::string text = "'";
-  for (char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
+  write_raw(pipeline::plain_text(text));
 }
 
 }  // namespace geocage::cli

@@ -102,13 +102,14 @@ Script read_script(const FlowRequest& request, std::vector<std::string>& mistake
 
 std::vector<FlowObject> flow_objects(const FlowRequest& request, const Script& script) {
   std::vector<FlowObject> objects;
+  std::error_code error;  // a name may be too long for a file
   if (request.dataset.empty()) {
     const bool replaced = !request.object.empty() &&
                           std::count(script.objects.begin(), script.objects.end(), request.object) == 0;
     objects =
         replaced ? find_objects({request.object}, "--object") : find_objects(script.objects, script.where);
     if (replaced) return objects;
-  } else if (fs::is_directory(request.dataset)) {
+  } else if (fs::is_directory(request.dataset, error)) {
     objects = objects_of_folder(request.dataset);
   } else {
     objects = find_objects({request.dataset}, "--dataset");
@@ -177,7 +178,10 @@ std::string level_name(const Setting& level) {
 }
 
 void check_sweep(const std::vector<Setting>& sweep, std::vector<std::string>& mistakes) {
+  std::set<std::string> fields;  // "scan.seed" may stand in [sweep] and in [sweep.scan]
   for (const Setting& list : sweep) {
+    if (!fields.insert(list.field).second)
+      mistakes.push_back(pipeline::mistake(list.where, list.stage, list.field + " is there twice"));
     std::vector<std::string> values;
     for (const Setting& level : levels_of(list)) values.push_back(level_value(level));
     if (values.empty())
@@ -200,6 +204,21 @@ std::vector<Variant> variants_of(const std::vector<Setting>& sweep) {
     variants = std::move(product);
   }
   return variants;
+}
+
+/// ConfigurationError with all mistakes that need no object to be seen.
+Script checked_script(const FlowRequest& request) {
+  std::vector<std::string> mistakes;
+  Script script = read_script(request, mistakes);
+  StageParameters scratch;
+  apply_all(script.stage_settings, scratch, mistakes);
+  for (const auto& variant : variants_of(script.sweep)) apply_all(variant.settings, scratch, mistakes);
+  for (const auto& [object, setting] : script.object_settings) apply_all({setting}, scratch, mistakes);
+  check_sweep(script.sweep, mistakes);
+  if (mistakes.empty()) return script;
+  std::set<std::string> seen;
+  std::erase_if(mistakes, [&](const std::string& line) { return !seen.insert(line).second; });
+  throw ConfigurationError(mistakes);
 }
 
 std::string error_of(const fs::path& path) {
@@ -460,26 +479,19 @@ void check_names(const Script& script, const Flow& flow, const std::set<std::str
 
 }  // namespace
 
+void check_flow(const FlowRequest& request) {
+  for (const auto& name : checked_script(request).hands) hands::load_hand(name);
+}
+
 Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
+  const Script script = checked_script(request);
   std::vector<std::string> mistakes;
-  const Script script = read_script(request, mistakes);
   Flow flow;
   flow.name = script.name;
   flow.text = script.text;
   for (const auto& name : script.hands) flow.hands.push_back(hands::load_hand(name));
   const auto variants = variants_of(script.sweep);
   for (const auto& list : script.sweep) flow.swept.push_back(list.field);
-
-  StageParameters scratch;  // checks every setting even when there is no object
-  apply_all(script.stage_settings, scratch, mistakes);
-  for (const auto& variant : variants) apply_all(variant.settings, scratch, mistakes);
-  for (const auto& [object, setting] : script.object_settings) apply_all({setting}, scratch, mistakes);
-  check_sweep(script.sweep, mistakes);
-  if (!mistakes.empty()) {
-    std::set<std::string> seen;
-    std::erase_if(mistakes, [&](const std::string& line) { return !seen.insert(line).second; });
-    throw ConfigurationError(mistakes);
-  }
 
   std::vector<Target<hands::Hand>> hands;
   for (const auto& hand : flow.hands) hands.push_back(pipeline.constant("hand", hand, hand.sha256));

@@ -44,6 +44,9 @@ struct Flow {
   std::vector<std::pair<std::string, std::vector<reports::ParameterInput>>> parameters;
 };
 
+/// Throws what plan_flow would of the flow file, the settings and the hands, without a store.
+void check_flow(const FlowRequest& request);
+
 /// Reads the flow, resolves its objects and hands, and adds every slot to `pipeline`. The order of stages is
 /// written here and nowhere else. Errors: UserError (configuration), all mistakes of a file at once.
 Flow plan_flow(const FlowRequest& request, pipeline::Pipeline& pipeline);

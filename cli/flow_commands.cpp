@@ -19,6 +19,7 @@
 #include "pipeline/ledger.h"
 #include "pipeline/passing_folder.h"
 #include "pipeline/shares.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::cli {
 
@@ -83,10 +84,10 @@ int exit_code(const reports::Counts& counts) {
 std::string command_of(const Shared& shared, const RunOptions& options) {
   const FlowRequest& request = options.flow;
   std::error_code gone;
-  std::string command = "cd " + quoted(fs::current_path(gone).string()) + " && geocage run";
-  if (request.file) command += " " + quoted(request.file->string());
+  std::string command = "cd " + pipeline::for_shell(fs::current_path(gone).string()) + " && geocage run";
+  if (request.file) command += " " + pipeline::for_shell(request.file->string());
   const auto option = [&](const char* name, const std::string& value) {
-    if (!value.empty()) command += std::string(" ") + name + " " + quoted(value);
+    if (!value.empty()) command += std::string(" ") + name + " " + pipeline::for_shell(value);
   };
   option("--dataset", request.dataset);
   option("--object", request.object);
@@ -136,13 +137,19 @@ struct Opened {
   Opened(const Shared& shared, const RunOptions& options, Purpose purpose)
       : passing(purpose == Purpose::looking ? std::optional<PassingStore>(std::in_place, shared)
                                             : std::nullopt),
-        store(passing ? passing->root_or(shared.store) : shared.store),
+        store(passing ? passing->root_or(shared.store) : root_for(options.flow, shared.store)),
         pipeline(store),
         flow(plan(shared, options)) {}
   Opened(const Shared& shared, const FlowRequest& request)
       : Opened(shared, RunOptions{.flow = request}, Purpose::looking) {}
 
  private:
+  /// A flow with mistakes in it makes no store.
+  static const fs::path& root_for(const FlowRequest& request, const fs::path& root) {
+    if (!Store::stands_at(root)) check_flow(request);
+    return root;
+  }
+
   Flow plan(const Shared& shared, const RunOptions& options) {
     pipeline.guard({.limits = {.seconds = options.stage_seconds,
                                .memory_gib = options.stage_memory_gib,
@@ -308,7 +315,7 @@ int metrics(const Shared& shared, const std::string& pattern) {
   for (const auto& [slot, record] : found) {
     list.push_back({{"slot", slot}, {"seconds", record.seconds}, {"metrics", record.metrics}});
     if (shared.json) continue;
-    fmt::print("\"{}\",{:.3f}", slot, record.seconds);
+    fmt::print("{},{:.3f}", pipeline::for_csv(slot), record.seconds);
     for (const auto& name : names) {
       const auto it = record.metrics.find(name);
       fmt::print(",{}", it == record.metrics.end() ? "" : fmt::format("{:.6g}", it->second));

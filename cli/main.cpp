@@ -16,6 +16,7 @@
 #include "cli/help_texts.h"
 #include "cli/parameters.h"
 #include "datasets/program.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::cli {
 namespace {
@@ -30,7 +31,7 @@ std::string farewell;  ///< made before it is needed: a handler of signals must 
 /// This command line, for a shell.
 std::string command_line(int argc, char** argv) {
   std::string text;
-  for (int i = 0; i < argc; ++i) text += (i > 0 ? " " : "") + quoted(argv[i]);
+  for (int i = 0; i < argc; ++i) text += (i > 0 ? " " : "") + pipeline::for_shell(argv[i]);
   return text;
 }
 
@@ -43,10 +44,20 @@ void interrupted(int signal_id) {
 
 std::filesystem::path default_store() {
   const char* store = std::getenv("GEOCAGE_STORE");
-  return store ? store : "store";
+  return store && *store ? store : "store";
 }
 
 /// CLI11's own takes NaN.
+CLI::Validator in_range(double least, double most) {
+  return {[=](const std::string& text) -> std::string {
+            double x = 0;
+            const bool number = CLI::detail::lexical_cast(text, x);
+            return number && x >= least && x <= most
+                       ? ""
+                       : fmt::format("'{}' is not a number from {:g} to {:g}", text, least, most);
+          },
+          fmt::format("{:g} to {:g}", least, most)};
+}
 const CLI::Validator positive(
     [](const std::string& text) -> std::string {
       double x = 0;
@@ -54,6 +65,23 @@ const CLI::Validator positive(
       return number && x > 0 && std::isfinite(x) ? "" : "'" + text + "' is not a number above 0";
     },
     "ABOVE 0");
+const CLI::Validator faces(
+    [](const std::string& text) -> std::string {
+      int x = 0;
+      const bool whole = CLI::detail::lexical_cast(text, x);
+      return whole && x > 0 ? "" : "'" + text + "' is not a number of faces";
+    },
+    "ABOVE 0");
+
+/// An option or argument that was given as "", as an unset variable of a shell is; empty when there is none.
+std::string empty_word(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& word : option->results())
+      if (word.empty()) return option->get_name(option->get_positional());
+  for (const CLI::App* sub : app.get_subcommands())
+    if (const std::string name = empty_word(*sub); !name.empty()) return name;
+  return "";
+}
 
 /// Builds the commands; the chosen one leaves its work in `chosen`.
 class Program {
@@ -78,6 +106,10 @@ class Program {
       const std::string unknown = error.get_exit_code() == 0 ? "" : unknown_word(app_, words);
       if (unknown.empty()) return app_.exit(error, std::cout, std::cerr) == 0 ? 0 : exit_configuration;
       tell(fmt::format("error: {} (--help lists them)\n", unknown));
+      return exit_configuration;
+    }
+    if (const std::string name = empty_word(app_); !name.empty()) {
+      tell(fmt::format("{}: error: the value is empty\n", name));
       return exit_configuration;
     }
     return chosen_();
@@ -114,7 +146,7 @@ class Program {
 
   void add_pictures(CLI::App* sub) {
     sub->add_option("--pictures", run_.pictures, "draw so many pairs at most; all are in the tables")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0, 1'000'000));
   }
 
   void add_flow_commands() {
@@ -133,14 +165,16 @@ class Program {
              return run_.retry_failed;
            },
            "`failed`: try again what failed before")
-        ->type_name("failed");
+        ->type_name("failed")
+        ->check(CLI::IsMember({"failed"}));
     sub->add_option("--memory-gib", run_.wish.memory_gib,
                     "for all slots made at once (default: 4/5 of the machine's)")
-        ->check(positive);
+        ->check(in_range(1e-3, 1e6));
     add_pictures(sub);
-    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")->check(positive);
+    sub->add_option("--stage-seconds", run_.stage_seconds, "a slot that takes longer fails")
+        ->check(in_range(1e-3, 1e8));
     sub->add_option("--stage-memory-gib", run_.stage_memory_gib, "a slot that takes more fails")
-        ->check(positive);
+        ->check(in_range(1e-3, 1e6));
     flow_command("status", "every slot: hit, miss, or ? where an input is not made yet",
                  [this] { return status(shared_, run_.flow); });
     flow_command(
@@ -220,7 +254,7 @@ class Program {
     sub->add_option("--out", score_.out, "FILE.ply or FILE.csv (default: CSV on stdout)");
     sub->add_option("--metric", score_.metric, "hop or dijkstra")->check(CLI::IsMember({"hop", "dijkstra"}));
     sub->add_option("--units", score_.unit, "unit of the file: m, cm, mm, inch, or metres per unit");
-    sub->add_option("--decimate", score_.decimate, decimate_text)->check(positive);
+    sub->add_option("--decimate", score_.decimate, decimate_text)->check(faces);
 
     sub = command("writhe", "writhe matrix and Gauss linking integral of two polylines",
                   [this] { return writhe(shared_, writhe_); });
@@ -258,7 +292,7 @@ class Program {
                          "of geocage-force: of the object's solid, in place of its mass")
         ->excludes(mass);
     sub->add_option("--units", evaluate_.unit, "unit of the mesh: m, cm, mm, inch, or metres per unit");
-    sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(positive);
+    sub->add_option("--decimate", evaluate_.decimate, decimate_text)->check(faces);
     sub->add_flag("--margins", evaluate_.margins,
                   "also bisect the smallest friction, largest push and noise, and how far fingers may open");
     sub->add_option("--record", evaluate_.record, "write every trial there, for playback");

@@ -10,6 +10,7 @@
 #include "geometry/cloud_files.h"
 #include "geometry/file_guards.h"
 #include "geometry/mesh_files.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::cli {
 
@@ -31,7 +32,7 @@ bool surely_object(const fs::path& file) {
 
 FlowObject object_of_file(const fs::path& file) {
   FlowObject object;
-  object.name = file.stem();
+  object.name = pipeline::plain_name(file.stem());
   if (object.name == "." || object.name == "..") object.name = "_" + object.name;  // slots are paths
   object.path = file;
   object.source = "file";
@@ -80,7 +81,7 @@ void tell_apart(std::vector<FlowObject>& objects) {
   for (const auto& object : objects) names.insert(object.name);
   for (auto& object : objects)
     if (names.count(object.name) > 1 && !object.path.extension().empty())
-      object.name += "_" + object.path.extension().string().substr(1);
+      object.name += "_" + pipeline::plain_name(object.path.extension().string().substr(1));
 }
 
 }  // namespace
@@ -90,23 +91,24 @@ std::vector<FlowObject> find_objects(const std::vector<std::string>& words, cons
   std::vector<std::string> names, mistakes;
   for (const auto& entry : catalogue) names.push_back(entry.name);
   std::vector<FlowObject> objects;
+  std::error_code error;  // a name may be too long for a file
   for (const auto& word : words) {
     const auto entry =
         std::find_if(catalogue.begin(), catalogue.end(), [&](const auto& e) { return e.name == word; });
-    const bool set = std::ranges::count(catalogue, word, &datasets::Entry::set) > 0;
+    const bool set = !word.empty() && std::ranges::count(catalogue, word, &datasets::Entry::set) > 0;
     const bool pattern = word.find_first_of("*?[") != std::string::npos;
     const auto files = pattern ? glob_files(word) : std::vector<fs::path>{};
     if (entry == catalogue.end() && set) {
       for (const auto& one : catalogue)
         if (one.set == word) objects.push_back(object_of_entry(one));
-    } else if (entry == catalogue.end() && fs::is_directory(word)) {
+    } else if (entry == catalogue.end() && fs::is_directory(word, error)) {
       for (auto& object : objects_of_folder(word)) objects.push_back(std::move(object));
     } else if (entry != catalogue.end()) {
       objects.push_back(object_of_entry(*entry));
     } else if (pattern && !files.empty()) {
       for (const auto& file : files)
         if (surely_object(file)) objects.push_back(object_of_file(file));
-    } else if (fs::exists(word) || (!pattern && readable_name(word))) {
+    } else if (fs::exists(word, error) || (!pattern && readable_name(word))) {
       objects.push_back(object_of_file(word));
     } else {
       mistakes.push_back(pipeline::mistake(where, "",
@@ -124,7 +126,10 @@ std::vector<FlowObject> objects_of_folder(const fs::path& folder) {
   std::vector<FlowObject> objects;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
-    if (!entry.is_directory() && surely_object(entry.path())) objects.push_back(object_of_file(entry.path()));
+    if (surely_object(entry.path())) objects.push_back(object_of_file(entry.path()));
+  if (error)
+    throw pipeline::UserError(pipeline::Fault::configuration, folder.string(),
+                              "this folder can't be read: " + error.message());
   if (objects.empty())
     throw pipeline::UserError(pipeline::Fault::configuration, folder.string(),
                               "this folder holds no mesh and no cloud");

@@ -9,6 +9,7 @@
 #include <sqlite3.h>
 
 #include "pipeline/error.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::cli {
 
@@ -97,14 +98,7 @@ std::string cell_text(const Cell& cell) {
 std::string csv_text(const Table& table) {
   std::string text;
   const auto add = [&](const std::string& word, bool first) {
-    if (!first) text += ",";
-    if (word.find_first_of(",\"\r\n") == std::string::npos) {
-      text += word;
-      return;
-    }
-    text += '"';
-    for (char c : word) text += c == '"' ? std::string("\"\"") : std::string(1, c);
-    text += '"';
+    text += (first ? "" : ",") + pipeline::for_csv(word);
   };
   for (std::size_t i = 0; i < table.columns.size(); ++i) add(table.columns[i], i == 0);
   text += "\n";

@@ -12,6 +12,7 @@
 #include "geometry/cloud_files.h"
 #include "geometry/mesh_files.h"
 #include "hands/grasp.h"
+#include "pipeline/spelling.h"
 #include "pipeline/text_file.h"
 #include "reports/pair_page.h"
 #include "reports/viewer_files.h"
@@ -113,7 +114,7 @@ class Shelf {
  private:
   reports::PairResults& fresh(const fs::path& file) {
     auto& pair = pairs.emplace_back();
-    pair.input.object = file.stem().string();
+    pair.input.object = pipeline::plain_name(file.stem().string());
     pair.input.source = file.string();
     pair.input.outcome = "done";
     return pair;
@@ -206,8 +207,9 @@ class Shelf {
 
 }  // namespace
 
-int view(const Shared& shared, const ViewOptions& options) {
-  const fs::path out = shared.out == "report" ? fs::path("view") : shared.out;
+namespace {
+
+int write_view(const Shared& shared, const ViewOptions& options, const fs::path& out) {
   const auto alone = alone_in(out);
   forget_report(out);
   Shelf shelf(options, out);
@@ -242,6 +244,20 @@ int view(const Shared& shared, const ViewOptions& options) {
   else
     fmt::print("{}\n", page.empty() ? fmt::format("{}", fmt::join(models, "\n")) : page.string());
   return 0;
+}
+
+}  // namespace
+
+int view(const Shared& shared, const ViewOptions& options) {
+  const fs::path out = shared.out == "report" ? fs::path("view") : shared.out;
+  std::error_code error;
+  const bool was_there = fs::exists(out, error);
+  try {
+    return write_view(shared, options, out);
+  } catch (...) {
+    if (!was_there) fs::remove_all(out, error);
+    throw;
+  }
 }
 
 }  // namespace geocage::cli

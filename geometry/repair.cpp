@@ -200,11 +200,12 @@ class Repairer {
   void contained(const char* what, const std::function<void(const std::filesystem::path&)>& work,
                  TriangleMesh& mesh) {
     try {
-      pipeline::run_contained({params_.timeout_s, params_.memory_gib}, "repair", work,
-                              [&](const std::filesystem::path& dir) {
-                                load_artefact(mesh, dir);
-                                if (exists(dir / "counts.json")) repair_.counts = load_counts(dir);
-                              });
+      pipeline::run_contained(
+          {.seconds = params_.timeout_s, .memory_gib = params_.memory_gib, .patience = 20}, "repair", work,
+          [&](const std::filesystem::path& dir) {
+            load_artefact(mesh, dir);
+            if (exists(dir / "counts.json")) repair_.counts = load_counts(dir);
+          });
     } catch (const pipeline::UserError& error) {
       rejected(std::string(what) + " it failed: " + error.sentence());
     }

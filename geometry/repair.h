@@ -14,7 +14,7 @@ struct RepairParams {
   double smallest_part = 0.01;   ///< parts with less than this share of the area are dropped
   double wrap_alpha = 0.02;      ///< openings that the wrap closes, in diagonals; its offset is a twentieth
   double most_moved = 0.05;      ///< a wrap that lies farther from the given surface is refused, in diagonals
-  double timeout_s = 60;         ///< of each step that runs in a worker process
+  double timeout_s = 60;         ///< processor time of each step that runs in a worker process
   double memory_gib = 4;
   std::uint64_t seed = 1;  ///< of CGAL's random source
 };

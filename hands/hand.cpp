@@ -23,12 +23,13 @@ namespace {
 /// The folder of hand.toml: a folder, the folder of a URDF, or a name in the project's `hands/`.
 fs::path folder_of(const std::string& name_or_path) {
   const fs::path path = name_or_path;
-  if (fs::is_directory(path) && fs::exists(path / "hand.toml")) return fs::canonical(path);
-  if (path.extension() == ".urdf" && fs::exists(path)) return fs::canonical(path).parent_path();
+  std::error_code error;  // a name may be too long for a file
+  if (fs::is_directory(path, error) && fs::exists(path / "hand.toml")) return fs::canonical(path);
+  if (path.extension() == ".urdf" && fs::exists(path, error)) return fs::canonical(path).parent_path();
   const auto known = hand_names();
   if (std::find(known.begin(), known.end(), name_or_path) != known.end())
     return hands_folder() / name_or_path;
-  if (fs::is_directory(path))
+  if (fs::is_directory(path, error))
     throw UserError(Fault::configuration, path.string(), "this folder holds no hand.toml",
                     "`geocage hands check` of a URDF that has none writes a draft");
   if (path.has_parent_path())

@@ -7,6 +7,7 @@
 
 #include "hands/toml_table.h"
 #include "pipeline/digest.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::hands {
 
@@ -229,7 +230,7 @@ Hand read_hand_folder(const fs::path& folder, const fs::path& siblings) {
   Source source = read_with_base(folder, siblings);
   TomlTable table(source.table);
   Hand hand;
-  hand.name = folder.filename().string();
+  hand.name = pipeline::plain_name(folder.filename().string());
   if (table.has("base")) table.get<std::string>("base");  // its keys are here already
   read_radii(table, hand);
   const std::string kind = table.has("kind") ? table.get<std::string>("kind") : "articulated";

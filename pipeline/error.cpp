@@ -1,5 +1,7 @@
 #include "pipeline/error.h"
 
+#include "pipeline/spelling.h"
+
 namespace geocage::pipeline {
 
 namespace {
@@ -11,11 +13,12 @@ std::string line(const std::string& where, const std::string& sentence, const st
 }
 }  // namespace
 
-UserError::UserError(Fault fault, std::string where, std::string sentence, std::string hint)
-    : std::runtime_error(line(where, sentence, hint)),
+UserError::UserError(Fault fault, const std::string& where, const std::string& sentence,
+                     const std::string& hint)
+    : std::runtime_error(plain_text(line(where, sentence, hint))),
       fault_(fault),
-      where_(std::move(where)),
-      sentence_(std::move(sentence)),
-      hint_(std::move(hint)) {}
+      where_(plain_text(where)),
+      sentence_(plain_text(sentence)),
+      hint_(plain_text(hint)) {}
 
 }  // namespace geocage::pipeline

@@ -13,6 +13,7 @@
 #include "pipeline/ledger.h"
 #include "pipeline/schedule.h"
 #include "pipeline/settings.h"
+#include "pipeline/spelling.h"
 #include "pipeline/who_and_when.h"
 
 namespace geocage::pipeline {
@@ -318,7 +319,8 @@ void Pipeline::keep_failure(const Node& node, const std::string& key) const {
   if (!guard_) return;
   std::string inputs;
   for (const Node* input : node.inputs) inputs += (inputs.empty() ? "" : " ") + *input->content;
-  const std::string command = fmt::format("{0} --force '{1}' --only '{1}'", guard_->command, node.slot);
+  const std::string command =
+      fmt::format("{0} --force {1} --only {1}", guard_->command, for_shell(node.slot));
   Ledger(store_).write({node.slot, node.stage, node.result.code, node.result.sentence, key, program_digest(),
                         inputs, command});
 }
@@ -461,9 +463,9 @@ std::string Pipeline::graph_dot() const {
   std::string dot = "digraph geocage {\n  rankdir=LR;\n  node [shape=box];\n";
   for (const auto& node : nodes_) {
     if (node->constant) continue;
-    dot += "  \"" + node->slot + "\";\n";
+    dot += "  " + for_dot(node->slot) + ";\n";
     for (const Node* input : node->inputs)
-      if (!input->constant) dot += "  \"" + input->slot + "\" -> \"" + node->slot + "\";\n";
+      if (!input->constant) dot += "  " + for_dot(input->slot) + " -> " + for_dot(node->slot) + ";\n";
   }
   return dot + "}\n";
 }

@@ -10,6 +10,7 @@
 #include <toml++/toml.h>
 
 #include "pipeline/nearest.h"
+#include "pipeline/spelling.h"
 
 namespace geocage::pipeline {
 
@@ -231,6 +232,8 @@ Setting parse_setting(const std::string& text) {
     }
   } catch (const toml::parse_error&) {  // a bare word
   }
+  if (plain_name(value) != value)
+    throw ConfigurationError({mistake(setting.where, "", "this is no text in UTF-8")});
   setting.value = value;
   return setting;
 }

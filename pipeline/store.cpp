@@ -34,6 +34,12 @@ constexpr const char* lock_of_all = "open";  ///< in locks/, held by whoever has
   throw std::system_error(errno, std::generic_category(), path.string());
 }
 
+/// No other process of this host, and no other call, has it.
+std::string name_of_its_own() {
+  static std::atomic<int> count{0};
+  return fmt::format("{}-{}-{}", host_name(), getpid(), count++);
+}
+
 void sync(const fs::path& path, int flags) {
   const int file = open(path.c_str(), flags | O_CLOEXEC);
   if (file < 0) throw_errno(path);
@@ -156,9 +162,10 @@ std::string Record::key() const {
 bool Store::stands_at(const fs::path& root) {
   if (const auto text = read_text(root / "FORMAT")) {
     if (*text == format_line) return true;
-    throw UserError(Fault::store, root.string(),
-                    "this store has the format '" + text->substr(0, 40) + "', not 1",
-                    "give another folder by --store");
+    throw UserError(
+        Fault::store, root.string(),
+        "this store has the format '" + text->substr(0, text->find('\n')).substr(0, 40) + "', not 1",
+        "give another folder by --store");
   }
   std::error_code error;
   const bool taken = fs::exists(root, error) && (!fs::is_directory(root) || !fs::is_empty(root));
@@ -207,21 +214,21 @@ bool Store::check(const std::string& content) const {
   const fs::path at = folder(content);
   if (!fs::exists(at)) return false;
   if (digest_of(at) == content) return true;
-  const fs::path cell = root_ / "quarantine", mark = scratch();
-  fs::create_directories(cell);
+  const fs::path cell = root_ / "quarantine";
   std::error_code error;
-  fs::rename(at, cell / (content + "-" + mark.filename().string()), error);
-  fs::remove(mark);
-  if (error && error != std::errc::no_such_file_or_directory)  // else another process was faster
-    throw std::system_error(error, at.string());
+  fs::create_directories(cell, error);
+  if (!error) fs::rename(at, cell / (content + "-" + name_of_its_own()), error);
+  const bool stays =  // or another process was faster
+      error == std::errc::read_only_file_system || error == std::errc::permission_denied ||
+      error == std::errc::no_such_file_or_directory;
+  if (error && !stays) throw std::system_error(error, at.string());
   return false;
 }
 
 fs::path Store::scratch() const {
-  static std::atomic<int> count{0};
   fs::create_directories(root_ / "tmp");
   for (;;) {  // a process of another container may have the same host's name and the same number
-    fs::path folder = root_ / "tmp" / fmt::format("{}-{}-{}", host_name(), getpid(), count++);
+    fs::path folder = root_ / "tmp" / name_of_its_own();
     if (fs::create_directory(folder)) return folder;
   }
 }
@@ -297,7 +304,8 @@ Store::Verdict Store::verify() const {
   for (const auto& artefact : grandchildren(root_ / "artefacts")) {
     ++verdict.artefacts;
     if (!check(artefact.filename()))
-      faults.push_back(artefact.string() + ": its files do not have the digest that names them; quarantined");
+      faults.push_back(artefact.string() + ": its files do not have the digest that names them; " +
+                       (fs::exists(artefact) ? "it can't be quarantined here" : "quarantined"));
   }
   return verdict;
 }

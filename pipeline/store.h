@@ -61,7 +61,7 @@ class Store {
   /// The record of a key whose artefact is there; nothing when either is missing or the record is unreadable.
   std::optional<Record> find(const std::string& key) const;
   /// True when the artefact's files still have the digest that names them. A mismatch moves the entry to
-  /// `quarantine/` and answers false.
+  /// `quarantine/`, unless the store is one to read only, and answers false.
   bool check(const std::string& content) const;
 
   /// An empty folder on the store's file system to write an artefact into.

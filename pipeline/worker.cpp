@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -156,7 +157,10 @@ void keep_message(const fs::path& file, const UserError& error) {
     const bool no_memory = error.code() == std::errc::not_enough_memory ||
                            error.code() == std::errc::resource_unavailable_try_again;  // no thread either
     if (no_memory) _exit(exit_memory);
-    std::ofstream(scratch.message()) << error.code().value() << '\0' << error.what();
+    std::string what = error.what();  // ends with the words of the code, which are added again
+    if (const std::string end = ": " + error.code().message(); what.ends_with(end))
+      what.resize(what.size() - end.size());
+    std::ofstream(scratch.message()) << error.code().value() << '\0' << what;
     _exit(exit_system);
   } catch (const std::exception& error) {
     std::ofstream(scratch.message()) << error.what();
@@ -164,6 +168,12 @@ void keep_message(const fs::path& file, const UserError& error) {
   } catch (...) {
     _exit(exit_exception);
   }
+}
+
+std::string text_of(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", x);
+  return text;
 }
 
 /// How a worker's process ended.
@@ -225,14 +235,16 @@ WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
   if (child < 0) throw std::system_error(errno, std::generic_category(), "fork of a worker for " + where);
   if (child == 0) be_the_worker(limits, parent, scratch, work, hear ? pipe.in() : -1);
 
-  const End end = wait_for(child, limits.seconds, pipe, hear);
+  const End end = wait_for(child, limits.seconds * limits.patience, pipe, hear);
   const int status = end.status;
   const auto fail = [&](Loss loss, const std::string& sentence) {
     throw WorkerLost(loss, where, limits.subject + " " + sentence, limits.hint);
   };
   const bool signalled = WIFSIGNALED(status);
-  if (!end.in_time || (signalled && WTERMSIG(status) == SIGXCPU))
-    fail(Loss::timeout, "did not end within " + std::to_string(static_cast<int>(limits.seconds)) + " s");
+  if (!end.in_time)
+    fail(Loss::timeout, "did not end within " + text_of(limits.seconds * limits.patience) + " s");
+  if (signalled && WTERMSIG(status) == SIGXCPU)
+    fail(Loss::timeout, "did not end within " + text_of(limits.seconds) + " s of processor time");
   if (signalled && WTERMSIG(status) == SIGKILL)
     fail(Loss::memory, "was killed by the system, which does so when it runs out of memory");
   if (signalled) fail(Loss::crash, std::string("crashed (") + strsignal(WTERMSIG(status)) + ")");
@@ -243,8 +255,7 @@ WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
     case exit_user_error:
       throw_message(scratch.message());
     case exit_memory:
-      fail(Loss::memory,
-           "asked for more than " + std::to_string(static_cast<int>(limits.memory_gib)) + " GiB");
+      fail(Loss::memory, "asked for more than " + text_of(limits.memory_gib) + " GiB");
       break;
     case exit_system:
       throw_system_error(scratch.message());

@@ -16,6 +16,9 @@ struct WorkerLimits {
   int threads = 1;        ///< as many may use up `seconds` of processor time each
   std::string subject = "its reader";
   std::string hint = "if it is a file, it is probably broken: write it anew with another tool";
+  /// Of the clock it may take so many times `seconds`. More than 1 where a lost worker is no failure but
+  /// another answer: that hangs on the processor time alone then, not on what else the machine does.
+  double patience = 1;
 };
 
 /// How a worker was lost.

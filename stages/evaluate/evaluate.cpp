@@ -80,99 +80,112 @@ struct Trials {
   }
 };
 
-/// All loads of the bench on each posture; one world a trial, so threads share nothing.
-Trials push_all(const Bench& bench, const std::vector<Posture>& postures,
-                const std::function<void()>& one_done) {
-  const std::size_t ways = bench.ways.size();
-  Trials trials{std::vector<PushTrial>(postures.size() * ways), ways};
-  pipeline::for_each_item(trials.list.size(), [&](std::size_t i) {
-    trials.list[i] = bench.push(postures[i / ways], i % ways);
-#pragma omp critical
-    one_done();
-  });
-  return trials;
+/// All that is simulated, in one list, so that no thread waits for the end of a part of it: the longest
+/// first. One world a trial, so threads share nothing.
+using Work = std::vector<std::function<void()>>;
+
+/// The grasps that are simulated, in their order.
+std::vector<int> simulated_grasps(const std::vector<Evaluation>& list) {
+  std::vector<int> grasps;
+  for (const Evaluation& evaluation : list)
+    if (evaluation.outcome != Outcome::rejected) grasps.push_back(evaluation.grasp);
+  return grasps;
 }
 
-/// The pushes of the first grasps once more, for playback.
-std::vector<physics::Recording> recorded(const Evaluations& all, const Bench& bench,
-                                         const std::vector<Posture>& postures,
-                                         const hands::GraspSet& grasps) {
-  std::vector<physics::Recording> recordings;
-  int wanted = all.params.recorded_grasps;
-  for (const Evaluation& evaluation : all.list) {
-    if (evaluation.outcome == Outcome::rejected || wanted-- <= 0) continue;
-    for (const physics::Direction& way : bench.ways) {
-      physics::Recording& one = recordings.emplace_back();
-      one.grasp = evaluation.grasp, one.hand = bench.hand.name, one.protocol = bench.protocol.name;
-      one.object = grasps.grasps[evaluation.grasp].object;
-      one.trial = way.trial(), one.joints = bench.hand.tree.dof_names;
-    }
+physics::Recording film_of(const Bench& bench, const hands::GraspSet& grasps, int grasp,
+                           const std::string& trial) {
+  physics::Recording film;
+  film.grasp = grasp, film.hand = bench.hand.name, film.protocol = bench.protocol.name;
+  film.object = grasps.grasps[grasp].object, film.trial = trial, film.joints = bench.hand.tree.dof_names;
+  return film;
+}
+
+/// Films of all loads of the first grasps.
+std::vector<physics::Recording> films_of_pushes(const Bench& bench, const hands::GraspSet& grasps,
+                                                const std::vector<int>& simulated, int wanted) {
+  std::vector<physics::Recording> films;
+  for (const int grasp : simulated) {
+    if (wanted-- <= 0) break;
+    for (const physics::Direction& way : bench.ways)
+      films.push_back(film_of(bench, grasps, grasp, way.trial()));
   }
-  pipeline::for_each_item(recordings.size(), [&](std::size_t i) {
-    recordings[i].outcome =
-        bench.push(postures[recordings[i].grasp], i % bench.ways.size(), &recordings[i]).outcome;
-  });
-  return recordings;
+  return films;
 }
 
-/// Lift, shake and release of the first grasps, and the margins of the first ones.
-void add_lifts_and_margins(Evaluations& all, const Bench& bench, const std::vector<Posture>& postures,
-                           const hands::GraspSet& grasps) {
-  const auto& [protocol, object, hand, ways, seed] = bench;
-  std::vector<Evaluation*> simulated;
-  for (Evaluation& evaluation : all.list)
-    if (evaluation.outcome != Outcome::rejected) simulated.push_back(&evaluation);
-  const auto first = [&](int wanted) { return std::min<std::size_t>(simulated.size(), wanted); };
-  std::vector<physics::Recording> films(first(all.params.lift_grasps));
-  pipeline::for_each_item(films.size(), [&](std::size_t i) {
-    const int grasp = simulated[i]->grasp;
-    physics::Recording& film = films[i];
-    film.grasp = grasp, film.hand = hand.name, film.protocol = protocol.name;
-    film.object = grasps.grasps[grasp].object, film.trial = "lift", film.joints = hand.tree.dof_names;
-    const bool kept = i < static_cast<std::size_t>(all.params.recorded_grasps);
-    simulated[i]->lift =
-        physics::lift_trial(protocol, object, hand, postures[grasp], seed, kept ? &film : nullptr);
-    film.outcome = simulated[i]->lift->outcome;
-  });
-  for (const physics::Recording& film : films)
-    if (!film.frames.empty()) all.recordings.push_back(film);
+/// All loads of the bench on each posture; the first trials are filmed, one a film.
+void add_pushes(Work& work, const Bench& bench, const std::vector<Posture>& postures, Trials& trials,
+                std::vector<physics::Recording>& films) {
+  trials = {std::vector<PushTrial>(postures.size() * bench.ways.size()), bench.ways.size()};
+  for (std::size_t i = 0; i < trials.list.size(); ++i)
+    work.push_back([&, i] {
+      physics::Recording* const film = i < films.size() ? &films[i] : nullptr;
+      trials.list[i] = bench.push(postures[i / trials.ways], i % trials.ways, film);
+      if (film) film->outcome = trials.list[i].outcome;
+    });
+}
 
+/// Lift, shake and release of the first grasps, one a film; kept are the first `recorded_grasps`.
+void add_lifts(Work& work, Evaluations& all, const Bench& bench, const std::vector<Posture>& postures,
+               std::vector<physics::Recording>& films) {
+  for (std::size_t i = 0; i < films.size(); ++i)
+    work.push_back([&, i] {
+      physics::Recording* const film =
+          i < static_cast<std::size_t>(all.params.recorded_grasps) ? &films[i] : nullptr;
+      const physics::LiftTrial lift = physics::lift_trial(bench.protocol, bench.object, bench.hand,
+                                                          postures[films[i].grasp], bench.seed, film);
+      all.list[films[i].grasp].lift = lift;
+      films[i].outcome = lift.outcome;
+    });
+}
+
+void add_margins(Evaluations& all, const Bench& bench, const std::vector<Posture>& postures,
+                 const hands::GraspSet& grasps, const std::vector<int>& simulated) {
+  const auto& [protocol, object, hand, ways, seed] = bench;
   physics::MarginRule rule;
   rule.draws = all.params.margin_draws;
-  for (std::size_t i = 0; i < first(all.params.margin_grasps); ++i) {
-    const int grasp = simulated[i]->grasp;
+  int wanted = all.params.margin_grasps;
+  for (const int grasp : simulated) {
+    if (wanted-- <= 0) break;
     const auto open = physics::open_posture(hand, *object.field, grasps.grasps[grasp]);
-    simulated[i]->margins =
+    all.list[grasp].margins =
         physics::force_margins(protocol, object, hand, postures[grasp].X_OH, open.q, rule, seed);
   }
 }
 
 /// A sample of the trials of all simulated grasps, at half the step and with twice the iterations.
-physics::SelfCheck checked(const Evaluations& all, const Bench& bench, const std::vector<Posture>& postures) {
+class Sample {
+ public:
+  Sample(const Bench& bench, std::size_t trials, int wanted) : half_(bench), twice_(bench) {
+    half_.protocol.engine.dt_s /= 2;
+    twice_.protocol.engine.iterations *= 2;
+    for (const std::size_t trial : physics::even_sample(trials, wanted)) list_.push_back({trial});
+  }
+  void add(Work& work, const std::vector<Posture>& tested) {
+    const std::size_t ways = half_.ways.size();
+    for (Again& one : list_) {
+      work.push_back(
+          [&, ways] { one.half = half_.push(tested[one.trial / ways], one.trial % ways).outcome; });
+      work.push_back(
+          [&, ways] { one.twice = twice_.push(tested[one.trial / ways], one.trial % ways).outcome; });
+    }
+  }
+  physics::SelfCheck compared(const Trials& trials, const std::vector<int>& simulated) const {
+    physics::SelfCheck check;
+    for (const Again& one : list_)
+      check.count(fmt::format("grasp {}, {}", simulated[one.trial / trials.ways],
+                              half_.ways[one.trial % trials.ways].trial()),
+                  trials.list[one.trial].outcome, one.half, one.twice);
+    return check;
+  }
+
+ private:
   struct Again {
-    std::size_t grasp, way;
-    Outcome first, at_half_step = Outcome::held, at_twice_iterations = Outcome::held;
+    std::size_t trial;
+    Outcome half = Outcome::held, twice = Outcome::held;
   };
-  std::vector<Again> pushes, sample;
-  for (const Evaluation& evaluation : all.list)
-    for (std::size_t d = 0; d < evaluation.directions.size(); ++d)
-      pushes.push_back({static_cast<std::size_t>(evaluation.grasp), d, evaluation.directions[d].outcome});
-  for (const std::size_t i : physics::even_sample(pushes.size(), all.params.self_check_trials))
-    sample.push_back(pushes[i]);
-  Bench half = bench, twice = bench;
-  half.protocol.engine.dt_s /= 2;
-  twice.protocol.engine.iterations *= 2;
-  pipeline::for_each_item(sample.size(), [&](std::size_t i) {
-    const Posture& posture = postures[sample[i].grasp];
-    sample[i].at_half_step = half.push(posture, sample[i].way).outcome;
-    sample[i].at_twice_iterations = twice.push(posture, sample[i].way).outcome;
-  });
-  physics::SelfCheck check;
-  for (const Again& one : sample)
-    check.count(fmt::format("grasp {}, {}", one.grasp, bench.ways[one.way].trial()), one.first,
-                one.at_half_step, one.at_twice_iterations);
-  return check;
-}
+  Bench half_, twice_;
+  std::vector<Again> list_;
+};
 
 /// The worst of its pushes decides a grasp.
 Outcome worst(std::span<const PushTrial> trials) {
@@ -256,7 +269,6 @@ int trials_of(const Evaluations& all) {
   for (const Evaluation& evaluation : all.list)
     trials += static_cast<int>(evaluation.directions.size()) + evaluation.lift.has_value();
   for (const Control& control : all.controls) trials += control.trials;
-  for (const physics::Recording& one : all.recordings) trials += one.trial != "lift";  // a lift is made once
   return trials;
 }
 
@@ -392,20 +404,35 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
   for (std::size_t i = 0; i < controls; ++i)
     nulls.push_back(physics::random_posture(hand, field, postures[i], params.seed, i));
 
-  const std::size_t wanted = tested.size() * bench.ways.size() + nulls.size() * control_bench.ways.size();
+  const std::vector<int> simulated = simulated_grasps(all.list);
+  Trials trials, known;
+  std::vector<physics::Recording> films = films_of_pushes(bench, grasps, simulated, params.recorded_grasps);
+  std::vector<physics::Recording> lift_films, none;
+  for (std::size_t i = 0; i < std::min<std::size_t>(simulated.size(), params.lift_grasps); ++i)
+    lift_films.push_back(film_of(bench, grasps, simulated[i], "lift"));
+  Sample sample(bench, tested.size() * bench.ways.size(), params.self_check_trials);
+  Work work;
+  add_lifts(work, all, bench, postures, lift_films);
+  sample.add(work, tested);
+  add_pushes(work, bench, tested, trials, films);
+  add_pushes(work, control_bench, nulls, known, none);
   std::size_t done = 0;
-  const auto one_done = [&] { run.progress(++done, wanted); };
-  const Trials trials = push_all(bench, tested, one_done), known = push_all(control_bench, nulls, one_done);
-  std::size_t next = 0;
-  for (Evaluation& evaluation : all.list)
-    if (evaluation.outcome != Outcome::rejected) judge(evaluation, trials.of(next++), bench);
+  pipeline::for_each_item(work.size(), [&](std::size_t i) {
+    work[i]();
+#pragma omp critical
+    run.progress(++done, work.size());
+  });
+
+  for (std::size_t i = 0; i < simulated.size(); ++i) judge(all.list[simulated[i]], trials.of(i), bench);
   all.controls = {control("hand 1 m away", Control::Rule::no_trial_holds, known, 0, controls),
                   control("open hand", Control::Rule::no_grasp_passes, known, controls, controls),
                   control("random fingers", Control::Rule::reported, known, 2 * controls, controls)};
   std::ranges::move(physics::known_cages(protocol), std::back_inserter(all.controls));
-  all.self_check = checked(all, bench, postures);
-  all.recordings = recorded(all, bench, postures, grasps);
-  add_lifts_and_margins(all, bench, postures, grasps);
+  all.self_check = sample.compared(trials, simulated);
+  all.recordings = std::move(films);
+  for (physics::Recording& film : lift_films)
+    if (!film.frames.empty()) all.recordings.push_back(std::move(film));
+  add_margins(all, bench, postures, grasps, simulated);
   report(all, {&trials, &known}, run);
   return all;
 }

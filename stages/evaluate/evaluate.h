@@ -107,7 +107,7 @@ Evaluations evaluate(const EvaluateParams& params, pipeline::Run& run, const han
                      const motion::TrajectorySet& trajectories, const geometry::TriangleMesh& object,
                      const geometry::SignedDistanceField& field, const hands::Hand& hand);
 
-inline constexpr pipeline::Stage evaluate_stage{"evaluate", 12, &evaluate};
+inline constexpr pipeline::Stage evaluate_stage{"evaluate", 13, &evaluate};
 
 /// The document "geocage-evaluation 1" of one entry (docs/architecture.md, section 4).
 nlohmann::json to_json(const Evaluations& all, const Evaluation& evaluation);

@@ -24,7 +24,7 @@ struct ImportParams {
   double above_max_m = 0.5;
   double cluster_gap_m = 0.015;
   int cluster_points = 300;
-  double patch_m = 0.015;
+  double patch_m = 0.012;
   double concavity_deg = 15;
   int part_points = 600;
   double one_thing = 0.5;
@@ -60,8 +60,8 @@ geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run
                                   const geometry::SourceFile& file);
 
 inline constexpr pipeline::Stage import_mesh_stage{"import", 4, &import_mesh, 1.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 10, &import_cloud, 1.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 11, &import_cloud, 1.0};
 inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 9, &find_scene, 1.0};
+inline constexpr pipeline::Stage scene_stage{"scene", 10, &find_scene, 1.0};
 
 }  // namespace geocage::stages

@@ -45,7 +45,7 @@ void ReconstructParams::visit(pipeline::Fields& f) {
     "an answer is refused when its box is so many times larger than the cloud's");
   f("wrap_alpha", wrap_alpha, {0.005, 1},
     "alpha wrap: size of the openings it closes, in diagonals of the cloud");
-  f("timeout_s", timeout_s, {1, 3600}, "how long each method may take");
+  f("timeout_s", timeout_s, {1, 3600}, "processor time that each method may take");
   f("memory_gib", memory_gib, {0.1, 64}, "how much memory each method may take");
   f("seed", seed, "of CGAL's random source");
 }
@@ -123,9 +123,9 @@ struct Attempt {
 Attempt attempt(const std::string& method, const ReconstructParams& params, const PointCloud& points) {
   Attempt made;
   try {
-    const auto surface =
-        pipeline::contained<TriangleMesh>({params.timeout_s, params.memory_gib}, "reconstruct",
-                                          [&] { return surface_by(method, params, points); });
+    const auto surface = pipeline::contained<TriangleMesh>(
+        {.seconds = params.timeout_s, .memory_gib = params.memory_gib, .patience = 20}, "reconstruct",
+        [&] { return surface_by(method, params, points); });
     made.repair = geometry::repair_mesh(surface, {.parts = "largest", .seed = params.seed});
   } catch (const pipeline::UserError& error) {
     made.why = error.sentence();

@@ -98,7 +98,7 @@ std::string flaw_of_net(int euler_before, double least_angle_deg, const MeshRepo
 TriangleMesh coarser(const TriangleMesh& mesh, double alpha_m, double offset_m) {
   TriangleMesh wrap;
   try {
-    wrap = pipeline::contained<TriangleMesh>({60, 4}, "remesh", [&] {
+    wrap = pipeline::contained<TriangleMesh>({.seconds = 60, .memory_gib = 4, .patience = 20}, "remesh", [&] {
       return geometry::wrapped_surface({mesh.vertices, mesh.triangles}, alpha_m, offset_m, 1);
     });
   } catch (const UserError&) {  // it ran out of time or memory: as if there were none

@@ -175,7 +175,14 @@ TEST_F(BadInput, FlowFiles) {
   told("objects = ['bowl']\n[sweep]\n'scan.seed' = []\n",
        "flow.toml:3:1: error: [sweep] scan.seed: the list is empty");
   told("objects = ['bowl']\n[sweep]\n'scan.seed' = [1, 1]\n", "scan.seed: '1' is there twice");
-  EXPECT_EQ(geocage({"run", (folder_ / "none.toml").string()}).code, 2);
+  told("objects = ['']\n", "'' is neither an object of the catalogue nor a file");
+  std::filesystem::remove_all(folder_ / "store");
+  told("objects = ['bowl']\n[sweep]\n'scan.seed' = [1]\n[sweep.scan]\nseed = [2]\n",
+       "scan.seed is there twice");
+  told("objects = ['bowl']\nhands = ['schunk_sdf']\n", "no such hand");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "store"));
+  EXPECT_EQ(geocage({"run", (folder_ / "none.toml").string(), "--store", (folder_ / "store").string()}).code,
+            2);
   EXPECT_EQ(geocage({"run", "--set", "remesh.sweeps=0", "--store", (folder_ / "store").string()}).code, 2);
   EXPECT_EQ(geocage({"run", "--dataset", (folder_ / "none").string()}).code, 2);
 }

@@ -340,6 +340,62 @@ TEST_F(Contract, NamesNeedNotBeUtf8) {
   EXPECT_TRUE(std::filesystem::exists(file("\xfc.csv")));
 }
 
+// Whatever a file is called, its object is one of the run, and each format says its name whole.
+TEST_F(Contract, ObjectsMayHaveAnyName) {
+  std::filesystem::create_directory(file("data"));
+  for (const char* name : {"data/t\xfcr.ply", "data/new\nline.ply", "data/quo\"te.ply", "data/quo'te.ply"})
+    geometry::write_ply(file(name), datasets::icosphere(0.04, 2));
+  std::filesystem::create_directory(file("data/folder.ply"));
+  const auto on_data = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--dataset", file("data"), "--store", file("store"), "--out", file("out")});
+    return geocage(words);
+  };
+  const Ended ended = on_data({"run", "--until", "import", "--json"});
+  EXPECT_EQ(ended.code, 1);  // of the folder
+  const json answer = json::parse(ended.out);
+  EXPECT_EQ(answer["counts"]["in"], 5);
+  EXPECT_EQ(answer["counts"]["done"], 4);
+  std::vector<std::string> slots;
+  for (const auto& slot : answer["slots"]) slots.push_back(slot["slot"]);
+  EXPECT_EQ(slots, (std::vector<std::string>{"new%0Aline/import", "quo\"te/import", "quo'te/import",
+                                             "t%FCr/import"}));
+  EXPECT_NE(on_data({"graph"}).out.find("  \"quo\\\"te/import\";\n"), std::string::npos);
+  EXPECT_NE(geocage({"metrics", "*/import", "--store", file("store")}).out.find("\n\"quo\"\"te/import\","),
+            std::string::npos);
+  on_data({"run", "--until", "cloud", "--set", "scan.range_max_m=0.01"});
+  const std::string ledger = geocage({"failures", "--store", file("store")}).out;
+  EXPECT_NE(ledger.find("--only 'quo'\\''te/"), std::string::npos) << ledger;
+}
+
+// What a terminal would obey is shown in its place; a line of a foreign file is said whole.
+TEST_F(Contract, SentencesHoldNoControlCharacters) {
+  const Ended ended =
+      geocage({"writhe", write("a.csv", std::string("x\0\x1b[2Jy\n", 7)), write("b.csv", "0,0,0\n")});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_NE(ended.err.find("'x\\x00\\x1b[2Jy'"), std::string::npos) << ended.err;
+}
+
+// As an unset variable of a shell is. A store at "" was made in the current folder.
+TEST_F(Contract, AnEmptyValueIsAMistake) {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"verify", "--store", ""},
+                                                {"run", "--object", ""},
+                                                {"run", "--out", ""},
+                                                {"run", ""},
+                                                {"show", ""},
+                                                {"datasets", "get", ""},
+                                                {"hands", "check", ""}}) {
+    const Ended ended = geocage(words);
+    EXPECT_EQ(ended.code, 2) << words[0];
+    EXPECT_NE(ended.err.find(": error: the value is empty"), std::string::npos) << ended.err;
+  }
+  EXPECT_EQ(geocage({"run", "--stage-seconds", "1e300"}).code, 2);  // no number of an int
+  EXPECT_NE(geocage({"run", "--retry", "x"}).err.find("failed"), std::string::npos);
+  EXPECT_EQ(geocage({"hands", "check", std::string(100'000, 'a')}).code, 2);
+  const Ended lost = geocage({"view", file("nothing.ply"), "--out", file("page")});
+  EXPECT_EQ(lost.code, 3);
+  EXPECT_FALSE(std::filesystem::exists(file("page")));
+}
+
 TEST_F(Contract, StoreOfAnotherKindIsCode5) {
   write("song", "la");
   EXPECT_EQ(geocage({"verify", "--store", folder_.path().string()}).code, 5);

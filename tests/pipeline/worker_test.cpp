@@ -63,6 +63,21 @@ TEST(Worker, HangIsEnded) {
             std::string::npos);
 }
 
+// What else the machine does is no reason to give up: a worker that sleeps for longer than its processor time
+// ends well, one that computes for longer does not.
+TEST(Worker, PatienceCountsProcessorTime) {
+  const WorkerLimits patient{.seconds = 0.2, .memory_gib = 1, .patience = 50};
+  EXPECT_EQ(sentence_of([](const auto&) { usleep(600'000); }, patient), "");
+  EXPECT_NE(sentence_of(
+                [](const auto&) {
+                  for (std::atomic<int> i = 0;; ++i) {
+                  }
+                },
+                patient)
+                .find("did not end within 0.2 s of processor time"),
+            std::string::npos);
+}
+
 TEST(Worker, MemoryIsBounded) {
   const auto glutton = [](const std::filesystem::path&) {
     std::vector<std::vector<char>> kept;

@@ -486,18 +486,26 @@ Stackable varied_thing(Chance& chance, const std::filesystem::path& objects, boo
   }
 }
 
-/// One to six things: against each other, a little apart, or on the flat top of any; each scene from one
-/// place of chance. Scenes with something ambiguous are left out.
-std::vector<TableScene> varied(const std::filesystem::path& objects, int first_seed, Seeds seeds) {
+/// How many things, and from how high they are seen.
+struct Crowd {
+  int least = 1, most = 6;
+  double low_deg = 28, high_deg = 62;
+};
+
+/// Things against each other, a little apart, or on the flat top of any; each scene from one place of chance.
+/// Scenes with something ambiguous are left out.
+std::vector<TableScene> varied(const std::filesystem::path& objects, int first_seed, Seeds seeds,
+                               const Crowd& crowd = {}) {
   std::vector<TableScene> list;
   for (int k = seeds.from; k < seeds.to; ++k) {
     Chance chance(static_cast<std::uint64_t>(first_seed + k));
     TableScene scene{"varied " + std::to_string(k), {}, {}};
     std::vector<double> flat;
     bool ambiguous = false;
-    const int count = 1 + chance.below(6);
+    const int count = crowd.least + chance.below(crowd.most - crowd.least + 1);
     for (int i = 0; i < count; ++i) {
       auto [mesh, flat_m] = varied_thing(chance, objects, ambiguous);
+      if (ambiguous) break;
       mesh = placed(mesh, Vec3::Zero(), chance.in(0, 2 * M_PI));
       const double way = chance.in(0, 2 * M_PI);
       std::vector<std::size_t> below;
@@ -535,7 +543,8 @@ std::vector<TableScene> varied(const std::filesystem::path& objects, int first_s
     }
     if (ambiguous) continue;
     scene = in_the_middle(std::move(scene));
-    scene.views = {{chance.in(28, 62), chance.in(0.7, 1.0), static_cast<std::uint64_t>(first_seed + k)}};
+    scene.views = {{chance.in(crowd.low_deg, crowd.high_deg), chance.in(0.7, 1.0),
+                    static_cast<std::uint64_t>(first_seed + k)}};
     list.push_back(std::move(scene));
   }
   return list;
@@ -584,11 +593,13 @@ std::vector<TableScene> table_scenes(const std::string& set, const std::filesyst
   if (set == "held_out") return held_out(objects);
   if (set == "training") return wide(objects, 20000, of(240));
   if (set == "training_varied") return varied(objects, 80000, of(2400));
+  if (set == "training_low") return varied(objects, 500000, of(2400), {3, 6, 28, 42});
   if (set == "trial") return varied(objects, 300000, of(160));
   if (set == "varied") return varied(objects, 200000, of(160));
   if (set == "varied_2") return varied(objects, 400000, of(160));
   if (set == "rooms") return rooms(objects, 600000, of(100));
   if (set == "rooms_trial") return rooms(objects, 500000, of(100));
+  if (set == "varied_3") return varied(objects, 600000, of(200));
   if (set == "wide") return wide(objects, 50000, of(40));
   return of_chance(objects, set == "fresh" ? 1000 : 9000);
 }

@@ -32,12 +32,12 @@ struct Seeds {
 /// them. "held_out": other shapes, sizes and arrangements, by hand. "fresh", "unseen": one to four things of
 /// chance, pushed together or put on each other, by other seeds; nothing was chosen or mended by "unseen".
 /// "wide": one to five, of more kinds. "varied": one to six, of still more kinds, seen from one place of
-/// chance (28 to 62 degrees, 0.7 to 1 m) each; "varied_2": of that kind, for a look when all is chosen.
-/// "rooms": of that kind, on tables of several sizes in rooms of chance: floor, walls, chairs, boxes beside
-/// the table. "rooms_trial": of that kind, to choose by.
-/// "trial": of that kind, to choose by. "training", "training_varied": other scenes of these two kinds.
-/// Meshes of `objects`, where it isn't empty, stand among them. Sets by hand, "fresh" and "unseen" come
-/// whole. Precondition: one of these names.
+/// chance (28 to 62 degrees, 0.7 to 1 m) each; "varied_2", "varied_3": of that kind, each for a look when
+/// all is chosen. "rooms": things of "varied_3" on tables of several sizes in rooms of chance: floor, walls,
+/// chairs, boxes beside the table; "rooms_trial": others, to choose by. "trial": of that kind, to choose by.
+/// "training", "training_varied": other scenes of these two kinds; "training_low": three to six things of
+/// that kind from 28 to 42 degrees. Meshes of `objects`, where it isn't empty, stand among them. Sets by
+/// hand, "fresh" and "unseen" come whole. Precondition: one of these names.
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects,
                                      Seeds seeds = {});
 

@@ -1,7 +1,7 @@
 // How often the things of a table scene become one object each:
-//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied|varied_2|rooms|rooms_trial
-//   [--objects DIR]
-//   [--rule gap] [--rule shape] [--one_thing 0.5] [--part_points 600]
+//   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied|varied_2|varied_3|rooms|
+//   rooms_trial [--objects DIR]
+//   [--rule gap] [--rule shape] [--rule lccp] [--rule lccp_extended] [--one_thing 0.5] [--part_points 600]
 //   [--keep FOLDER [--write]] [--scene NAME] [--from_seed 0] [--to_seed 160]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
 #include <chrono>
@@ -13,6 +13,7 @@
 #include "stages/import/import.h"
 #include "tests/pipeline/scratch_folder.h"
 #include "tests/stages/import/label_match.h"
+#include "tests/stages/import/locally_convex.h"
 #include "tests/stages/import/table_scenes.h"
 
 namespace fs = std::filesystem;
@@ -25,10 +26,12 @@ int main(int argc, char** argv) {
   fs::path objects, keep;
   std::vector<std::string> rules = {"gap", "shape"};
   app.add_option("--set", set, "which scenes")
-      ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "training_varied", "trial",
-                             "wide", "varied", "varied_2", "rooms", "rooms_trial"}));
+      ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "training_varied",
+                             "training_low", "trial", "wide", "varied", "varied_2", "varied_3", "rooms",
+                             "rooms_trial"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
-  app.add_option("--rule", rules, "values of import.cluster_by");
+  app.add_option("--rule", rules,
+                 "values of import.cluster_by; lccp, lccp_extended: PCL's (locally_convex.h)");
   stages::ImportParams params{.scene = "table"};
   app.add_option("--one_thing", params.one_thing, "import.one_thing");
   app.add_option("--part_points", params.part_points, "import.part_points");
@@ -58,7 +61,10 @@ int main(int argc, char** argv) {
         try {
           pipeline::Run run;
           params.cluster_by = rule;
-          const auto match = tests::match_labels(stages::find_scene(params, run, {file}), 300);
+          const bool peer = rule.starts_with("lccp");
+          const auto found = peer ? tests::locally_convex_objects(file, rule == "lccp_extended")
+                                  : stages::find_scene(params, run, {file});
+          const auto match = tests::match_labels(found, params.cluster_points);
           if (const auto told = run.metrics().find("doubtful"); told != run.metrics().end())
             doubtful[match.one_each()] += told->second > 0;
           auto& total = totals[rule];
