@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
-#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
@@ -51,7 +50,7 @@ void ImportParams::visit(pipeline::Fields& f) {
   f("patch_m", patch_m, {1e-3, 0.2}, "shape: size of the patches whose angles are compared");
   f("concavity_deg", concavity_deg, {0, 180}, "shape: a hollower angle than this is an object's end");
   f("part_points", part_points, {4, 10000000},
-    "shape: a piece of fewer points belongs to its likeliest neighbour, if any is likely");
+    "shape: what touches others and has fewer points belongs to them");
   f("one_thing", one_thing, {0, 1},
     "shape: pieces are joined that are one thing with at least this probability");
   f("seed", seed, "of the search for the table");
@@ -117,13 +116,12 @@ std::vector<Scene::Object> separate_objects(const ImportParams& params, pipeline
   if (params.cluster_by == "shape" && cloud.sensor_origins.size() == 1) sight = sight_of(cloud);
   std::vector<std::vector<int>> parts;
   int doubtful = 0;
-  const double gap_m = sight ? std::max(params.cluster_gap_m, most_hidden_gap_m) : params.cluster_gap_m;
+  const double gap_m = sight ? std::max(params.cluster_gap_m, most_gap_m) : params.cluster_gap_m;
   for (const auto& cluster : clusters_of(cloud, standing, gap_m, params.cluster_points)) {
     Parts pieces{{cluster}};
     if (sight)
       pieces = parts_by_shape(cloud, *sight, cluster, table,
-                              {params.patch_m, params.concavity_deg, params.part_points,
-                               params.cluster_points, params.one_thing});
+                              {params.patch_m, params.concavity_deg, params.part_points, params.one_thing});
     parts.insert(parts.end(), pieces.points.begin(), pieces.points.end());
     doubtful += pieces.doubtful;
   }
@@ -161,10 +159,9 @@ std::vector<Scene::Object> objects_on_table(const ImportParams& params, pipeline
   if (!objects.empty()) cloud.support = table.plane;
   run.metric("points_on_table", static_cast<double>(table.on.size()));
   run.metric("points_above_table", static_cast<double>(standing.size()));
-  const std::size_t taken =
-      std::accumulate(objects.begin(), objects.end(), std::size_t{0},
-                      [](std::size_t sum, const auto& object) { return sum + object.points.size(); });
-  run.metric("points_left_out", static_cast<double>(standing.size() - taken));  // too few for an object
+  std::size_t kept = 0;
+  for (const auto& object : objects) kept += object.points.size();
+  run.metric("points_left_out", static_cast<double>(standing.size() - kept));
   return objects;
 }
 

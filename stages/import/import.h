@@ -24,7 +24,7 @@ struct ImportParams {
   double above_max_m = 0.5;
   double cluster_gap_m = 0.015;
   int cluster_points = 300;
-  double patch_m = 0.012;
+  double patch_m = 0.015;
   double concavity_deg = 15;
   int part_points = 600;
   double one_thing = 0.5;
@@ -40,9 +40,10 @@ geometry::TriangleMesh import_mesh(const ImportParams& params, pipeline::Run& ru
                                    const geometry::SourceFile& file);
 
 /// A foreign cloud, read in a worker process, and the objects in it. Of a table scene the plane is found by
-/// RANSAC; what stands on it is parted into objects, by gaps and hollow edges or by the file's labels, the
-/// one with most points first. A cloud without a table is one object without a name. `cluster` is not looked
-/// at. Errors: as import_mesh; no plane, nothing on it, no labels.
+/// RANSAC, among the planes of a room if it is seen (room.h); what stands on it is parted into objects, by
+/// gaps and hollow edges or by the file's labels, the one with most points first. A cloud without a table is
+/// one object without a name. `cluster` is not looked at. Errors: as import_mesh; no plane, nothing on it, no
+/// labels.
 geometry::Scene find_scene(const ImportParams& params, pipeline::Run& run, const geometry::SourceFile& file);
 
 struct PartParams {
@@ -60,8 +61,8 @@ geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run
                                   const geometry::SourceFile& file);
 
 inline constexpr pipeline::Stage import_mesh_stage{"import", 4, &import_mesh, 1.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 11, &import_cloud, 1.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 12, &import_cloud, 1.0};
 inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 10, &find_scene, 1.0};
+inline constexpr pipeline::Stage scene_stage{"scene", 11, &find_scene, 1.0};
 
 }  // namespace geocage::stages

@@ -81,19 +81,6 @@ std::pair<double, double> widths_of(const std::vector<double>& outline) {
   return {least, most};
 }
 
-/// Every so many, so that some two thousand are left: as many tell what a shape is.
-std::size_t stride_of(std::size_t points) {
-  return std::max<std::size_t>(1, points / 2000);
-}
-void append_some(std::vector<Vec3>& some, const std::vector<Vec3>& points, std::size_t stride) {
-  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
-}
-std::vector<Vec3> some_of(const std::vector<Vec3>& points) {
-  std::vector<Vec3> some;
-  append_some(some, points, stride_of(points.size()));
-  return some;
-}
-
 double share_inside(const std::vector<double>& outline, const std::vector<Vec3>& directions,
                     const std::vector<Vec3>& points) {
   const auto inside = std::count_if(points.begin(), points.end(), [&](const Vec3& p) {
@@ -120,7 +107,6 @@ PartGraph::PartGraph(const geometry::PointCloud& cloud, const Sight& sight, cons
   near_ = near_points(seen, rule.patch_m / 2);
   patches_ = patches_of(seen, near_, rule.patch_m);
   cut(seen);
-  gather_crumbs(seen);
   std::map<int, std::vector<int>> members;
   for (std::size_t i = 0; i < seen.size(); ++i)
     members[of_patch_[patches_.of_point[i]]].push_back(static_cast<int>(i));
@@ -166,63 +152,6 @@ void PartGraph::cut(const Points& seen) {
   of_patch_ = multicut(patches_.count, bonds, may_join);
 }
 
-/// Parts of less than a patch are no matter of odds: the smallest becomes one with that which it has most
-/// near points with, and so on; then those that touch nothing with what is nearest.
-void PartGraph::gather_crumbs(const Points& seen) {
-  constexpr int crumb_points = 30;
-  const auto part_of_point = [&](std::size_t i) { return of_patch_[patches_.of_point[i]]; };
-  std::map<int, std::vector<std::size_t>> points;
-  std::map<int, std::map<int, int>> touching;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const int a = part_of_point(i);
-    points[a].push_back(i);
-    for (int j : near_[i])
-      if (const int b = part_of_point(static_cast<std::size_t>(j)); a != b) {
-        ++touching[a][b];
-        ++touching[b][a];
-      }
-  }
-  const auto is_crumb = [&](int name) { return points.at(name).size() < crumb_points; };
-  const auto give = [&](int crumb, int to) {
-    std::replace(of_patch_.begin(), of_patch_.end(), crumb, to);
-    points.at(to).insert(points.at(to).end(), points.at(crumb).begin(), points.at(crumb).end());
-    points.erase(crumb);
-  };
-  for (;;) {
-    int crumb = -1;
-    for (const auto& [name, list] : points)
-      if (is_crumb(name) && !touching[name].empty() && (crumb < 0 || list.size() < points.at(crumb).size()))
-        crumb = name;
-    if (crumb < 0) break;
-    const auto beside = std::move(touching.at(crumb));
-    const int to = std::max_element(beside.begin(), beside.end(), [](const auto& a, const auto& b) {
-                     return a.second < b.second;
-                   })->first;
-    for (const auto& [other, count] : beside) {
-      touching[other].erase(crumb);
-      if (other == to) continue;
-      touching[other][to] += count;
-      touching[to][other] += count;
-    }
-    touching.erase(crumb);
-    give(crumb, to);
-  }
-  std::vector<std::pair<int, int>> given;
-  for (const auto& [crumb, list] : points) {
-    if (!is_crumb(crumb)) continue;
-    double least2 = most_gap_m * most_gap_m;
-    int to = -1;
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      if (const double d2 = (seen[i] - seen[list.front()]).squaredNorm();
-          d2 < least2 && !is_crumb(part_of_point(i))) {
-        least2 = d2;
-        to = part_of_point(i);
-      }
-    if (to >= 0) given.emplace_back(crumb, to);
-  }
-  for (const auto& [crumb, to] : given) give(crumb, to);
-}
-
 double PartGraph::Part::share_of(double height_m) const {
   return std::clamp((height_m - low_m) / std::max(1e-6, high_m - low_m), -1.0, 2.0);
 }
@@ -236,9 +165,7 @@ PartGraph::Part PartGraph::part_of(const std::vector<int>& members) const {
     part.seen.push_back(p - cloud_.sensor_origins.front());
     heights.push_back(table_.height_m(p));
   }
-  part.some = some_of(part.points);
-  part.some_seen = some_of(part.seen);
-  const Flat flat = flat_of(part.some_seen);
+  const Flat flat = flat_of(part.seen);
   part.middle = flat.middle;
   part.normal = flat.normal;
   part.flat_m = flat.off_m;
@@ -256,15 +183,14 @@ PartGraph::Part PartGraph::part_of(const std::vector<int>& members) const {
   }
   part.foot_seen = low > 0 ? static_cast<double>(bare) / low : 0;
   part.front = sight_.front_of(part.seen);
-  const Turned turned = turned_about(part.some_seen, table_);
+  const Turned turned = turned_about(part.seen, table_);
   part.turned_m = turned.off_m;
   part.axis_m = turned.axis_m;
-  part.boxed_m = boxed_off_m(part.some_seen, table_);
+  part.boxed_m = boxed_off_m(part.seen, table_);
   return part;
 }
 
-/// Near points of all pairs; of those that don't touch, the nearest of a thousand points each, where they are
-/// near enough to be asked for.
+/// Near points of all pairs; of those that don't touch, the nearest of a thousand points each.
 void PartGraph::find_contacts() {
   for (std::size_t i = 0; i < cluster_.size(); ++i)
     for (int j : near_[i]) {
@@ -276,40 +202,25 @@ void PartGraph::find_contacts() {
         std::swap(p, q);
       }
       Contact& contact = contacts_[{a, b}];
-      contact.gap_m = 0;
       contact.of_first.push_back(*p);
       contact.of_second.push_back(*q);
     }
-  std::map<int, Eigen::AlignedBox3d> boxes;
-  for (const auto& [name, part] : parts_)
-    for (const Vec3& p : part.points) boxes[name].extend(p);
+  constexpr std::size_t most = 1000;
   for (const auto& [a, of_a] : parts_)
     for (const auto& [b, of_b] : parts_) {
       if (b <= a || contacts_.contains({a, b})) continue;
-      if (boxes.at(a).exteriorDistance(boxes.at(b)) >= most_hidden_gap_m) continue;
-      const Contact contact = gap_between(of_a, of_b);
-      if (contact.gap_m < most_gap_m || contact.gap_hidden) contacts_.emplace(Pair{a, b}, contact);
+      const Points &p = of_a.points, &q = of_b.points;
+      Contact contact;
+      double least2 = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < p.size(); i += std::max<std::size_t>(1, p.size() / most))
+        for (std::size_t j = 0; j < q.size(); j += std::max<std::size_t>(1, q.size() / most))
+          if (const double d2 = (p[i] - q[j]).squaredNorm(); d2 < least2) {
+            least2 = d2;
+            contact.gap_height_m = table_.height_m(p[i]);
+          }
+      contact.gap_m = std::sqrt(least2);
+      contacts_.emplace(Pair{a, b}, contact);
     }
-}
-
-PartGraph::Contact PartGraph::gap_between(const Part& a, const Part& b) const {
-  constexpr std::size_t most = 1000;
-  const Points &p = a.points, &q = b.points;
-  std::size_t at = 0, to = 0;
-  double least2 = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < p.size(); i += std::max<std::size_t>(1, p.size() / most))
-    for (std::size_t j = 0; j < q.size(); j += std::max<std::size_t>(1, q.size() / most))
-      if (const double d2 = (p[i] - q[j]).squaredNorm(); d2 < least2) {
-        least2 = d2;
-        at = i;
-        to = j;
-      }
-  Contact contact;
-  contact.gap_m = std::sqrt(least2);
-  contact.gap_height_m = table_.height_m(p[at]);
-  contact.gap_hidden =
-      contact.gap_m < most_hidden_gap_m && sight_.hidden_along(a.seen[at], b.seen[to], clear_m) > 0.5;
-  return contact;
 }
 
 PartGraph::Touch PartGraph::touch_of(const Contact& contact) const {
@@ -375,11 +286,9 @@ std::pair<double, double> PartGraph::carrier(const Part& under, const Points& to
 }
 
 std::vector<PartGraph::Pair> PartGraph::pairs() const {
-  constexpr std::size_t least = 100;  // points: crumbs are no ends of what something hides in its middle
-  const auto large = [&](int name) { return parts_.at(name).points.size() >= least; };
   std::vector<Pair> list;
   for (const auto& [pair, contact] : contacts_)
-    if (contact.gap_m < most_gap_m || (large(pair.first) && large(pair.second))) list.push_back(pair);
+    if (contact.gap_m < most_gap_m) list.push_back(pair);
   return list;
 }
 
@@ -393,17 +302,15 @@ Evidence PartGraph::evidence(const Pair& pair) const {
   const Touch touch = touch_of(contact);
   const Seam seam = seam_of(pair);
   const auto behind = [&](const Part& back, const Part& front) {
-    return sight_.hidden_behind(back.some_seen, front.front, clear_m / 2) /
-           static_cast<double>(back.some_seen.size());
+    return sight_.hidden_behind(back.seen, front.front, clear_m / 2) / static_cast<double>(back.seen.size());
   };
   const auto wide_m = [&](const Part& part) {
     return std::sqrt(static_cast<double>(part.points.size())) * patches_.spacing_m;
   };
   const auto [carrier_b_rad, carrier_b_off_m] = carrier(b, of_b, touch.middle_m);
   const auto [carrier_a_rad, carrier_a_off_m] = carrier(a, of_a, touch.middle_m);
-  Points both;
-  for (const Points* seen : {&a.seen, &b.seen})
-    append_some(both, *seen, stride_of(a.seen.size() + b.seen.size()));
+  Points both = a.seen;
+  both.insert(both.end(), b.seen.begin(), b.seen.end());
   const Vec3 way = b.middle - a.middle;
   const Flat flat_both = flat_of(both);
   const auto [shortest_m, longest_m] = widths_of(farther(a.foot, b.foot));
@@ -429,11 +336,11 @@ Evidence PartGraph::evidence(const Pair& pair) const {
       {"crease_rad", seam.crease_rad},
       {"border_m", seam.length_m},
       // share of a's points in b's convex hull
-      {"a_in_b", share_inside(b.hull, round_, a.some)},
-      {"b_in_a", share_inside(a.hull, round_, b.some)},
+      {"a_in_b", share_inside(b.hull, round_, a.points)},
+      {"b_in_a", share_inside(a.hull, round_, b.points)},
       // the same seen from above
-      {"foot_a_in_b", share_inside(b.foot, level_, a.some)},
-      {"foot_b_in_a", share_inside(a.foot, level_, b.some)},
+      {"foot_a_in_b", share_inside(b.foot, level_, a.points)},
+      {"foot_b_in_a", share_inside(a.foot, level_, b.points)},
       // a's top above b's
       {"tops_m", a.high_m - b.high_m},
       // a's foot above b's
@@ -510,11 +417,10 @@ void PartGraph::join(const Pair& pair) {
   contacts_.erase(pair);
   for (const auto& [other, part] : parts_) {
     if (other == kept) continue;
-    const auto found = contacts_.extract(std::minmax(other, gone));
-    if (found.empty()) continue;
-    Contact& lost = found.mapped();
+    Contact lost = std::move(contacts_.at(std::minmax(other, gone)));
+    contacts_.erase(std::minmax(other, gone));
     if ((other < gone) != (other < kept)) std::swap(lost.of_first, lost.of_second);
-    Contact& contact = contacts_[std::minmax(other, kept)];
+    Contact& contact = contacts_.at(std::minmax(other, kept));
     contact.of_first.insert(contact.of_first.end(), lost.of_first.begin(), lost.of_first.end());
     contact.of_second.insert(contact.of_second.end(), lost.of_second.begin(), lost.of_second.end());
     if (lost.gap_m < contact.gap_m) {

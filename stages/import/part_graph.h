@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -30,8 +29,7 @@ class PartGraph {
   PartGraph(const geometry::PointCloud& cloud, const Sight& sight, const std::vector<int>& cluster,
             const geometry::Plane& table, const PartRule& rule);
 
-  /// Parts that lie within most_gap_m of each other, or most_hidden_gap_m where what lies between them is
-  /// hidden; ascending.
+  /// Parts that lie within most_gap_m of each other, ascending.
   std::vector<Pair> pairs() const;
   Evidence evidence(const Pair& pair) const;
   /// The second becomes one with the first.
@@ -46,8 +44,7 @@ class PartGraph {
   /// How far points reach in each of many directions.
   using Outline = std::vector<double>;
   struct Part {
-    Points points, seen;     ///< in the cloud's frame, and from the sensor along the cloud's axes
-    Points some, some_seen;  ///< evenly, of large ones
+    Points points, seen;  ///< in the cloud's frame, and from the sensor along the cloud's axes
     geometry::Vec3 middle, normal;
     double flat_m;         ///< deviation from a plane
     double low_m, high_m;  ///< but for some outliers
@@ -63,8 +60,7 @@ class PartGraph {
   /// Where two parts touch: near points of both, by pairs; else how far they are from each other.
   struct Contact {
     Points of_first, of_second;
-    double gap_m = std::numeric_limits<double>::infinity(), gap_height_m = 0;
-    bool gap_hidden = false;  ///< most of the way across the gap is hidden behind what was seen
+    double gap_m = 0, gap_height_m = 0;
   };
   struct Touch {
     double middle_m, spread_m;  ///< heights: median, and the distance of the quartiles
@@ -75,10 +71,8 @@ class PartGraph {
   };
 
   void cut(const Points& seen);
-  void gather_crumbs(const Points& seen);
   Part part_of(const std::vector<int>& members) const;
   void find_contacts();
-  Contact gap_between(const Part& a, const Part& b) const;
   Touch touch_of(const Contact& contact) const;
   Seam seam_of(const Pair& pair) const;
   double hold_of(int name, const Contact& contact) const;

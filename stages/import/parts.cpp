@@ -34,39 +34,6 @@ class Odds {
       if ((with < 0 || has(pair, with)) && (!best || of(pair) > of(*best))) best = pair;
     return best;
   }
-  /// The likeliest pair of the small part that most likely belongs to any larger one, if that is likely
-  /// enough: larger ones are different things, so that their probabilities add up.
-  std::optional<Pair> claimed() {
-    constexpr int small_points = 1500;
-    constexpr double enough = 0.3;
-    const auto sizes = graph_.sizes();
-    std::map<int, std::pair<double, Pair>> claims;  // of the smaller part: all, and the likeliest
-    for (const Pair& pair : graph_.pairs()) {
-      const int smaller = sizes.at(pair.first) < sizes.at(pair.second) ? pair.first : pair.second;
-      if (sizes.at(smaller) > small_points) continue;
-      auto& [sum, best] = claims.try_emplace(smaller, 0.0, pair).first->second;
-      sum += of(pair);
-      if (of(pair) > of(best)) best = pair;
-    }
-    const auto most = std::max_element(claims.begin(), claims.end(), [](const auto& a, const auto& b) {
-      return a.second.first < b.second.first;
-    });
-    if (most == claims.end() || most->second.first < enough) return std::nullopt;
-    return most->second.second;
-  }
-  /// The smallest part of fewer than `points` points and its likeliest neighbour, unless it has enough for an
-  /// object and that isn't likely at all.
-  std::optional<Pair> fragment(int points, int object_points) {
-    constexpr double least = 0.02;
-    std::vector<std::pair<int, int>> small;
-    for (const auto& [name, size] : graph_.sizes())
-      if (size < points) small.emplace_back(size, name);
-    std::sort(small.begin(), small.end());
-    for (const auto& [size, name] : small)
-      if (const auto next = likeliest(name); next && (size < object_points || of(*next) >= least))
-        return next;
-    return std::nullopt;
-  }
   void join(const Pair& pair) {
     graph_.join(pair);
     std::erase_if(known_,
@@ -79,6 +46,17 @@ class Odds {
   const Joining& joining_;
   std::map<Pair, double> known_;
 };
+
+/// The smallest part of fewer points.
+std::optional<int> fragment(const PartGraph& graph, int points) {
+  std::optional<int> least;
+  for (const auto& [name, size] : graph.sizes())
+    if (size < points) {
+      least = name;
+      points = size;
+    }
+  return least;
+}
 
 }  // namespace
 
@@ -95,11 +73,8 @@ int join_likely(PartGraph& graph, const PartRule& rule, const Joining& joining) 
     if (next && odds.of(*next) >= rule.one_thing) {
       doubtful += in_doubt(odds.of(*next));
     } else {
-      next = odds.claimed();
-      if (next &&
-          std::min(graph.sizes().at(next->first), graph.sizes().at(next->second)) >= rule.object_points)
-        ++doubtful;
-      if (!next) next = odds.fragment(rule.points, rule.object_points);
+      const auto name = fragment(graph, rule.points);
+      next = name ? odds.likeliest(*name) : std::nullopt;
     }
     if (!next) break;
     odds.join(*next);

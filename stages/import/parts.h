@@ -8,14 +8,12 @@
 namespace geocage::stages {
 
 constexpr double most_gap_m = 0.03;  ///< parts that are farther apart are not asked whether they are one
-constexpr double most_hidden_gap_m = 0.1;  ///< but for those between which something else stands before
 
 struct PartRule {
   double patch_m;        ///< size of the patches that are compared
   double concavity_deg;  ///< neighbours that meet at a hollower angle belong to different pieces
-  int points;            ///< a part with fewer points belongs to its likeliest neighbour, if any is likely
-  int object_points;     ///< an object has at least as many points
-  double one_thing;      ///< pieces are joined that are one thing with at least this probability
+  int points;        ///< a part with fewer points belongs to the neighbour that it most likely is one with
+  double one_thing;  ///< pieces are joined that are one thing with at least this probability
 };
 
 class PartGraph;
@@ -24,10 +22,9 @@ struct Joining {
   std::function<double(const PartGraph&, const std::pair<int, int>&)> probability;
   std::function<void(int)> after = {};  ///< told which part took another up
 };
-/// Joins the likeliest pair again and again while it is `rule.one_thing` likely, then a small part that
-/// probably belongs to one of several, then the smallest of fewer than `rule.points` points to its likeliest
-/// neighbour (unless it may be an object and that is next to impossible), and so on; how many pairs were
-/// joined or left though the odds were no better than 3 to 1.
+/// Joins the likeliest pair again and again while it is `rule.one_thing` likely, then the smallest part of
+/// fewer than `rule.points` points to its likeliest neighbour, and so on; how many pairs were joined or left
+/// though the odds were no better than 3 to 1.
 int join_likely(PartGraph& graph, const PartRule& rule, const Joining& joining);
 
 /// Objects of one cluster, and how sure that is.

@@ -154,20 +154,6 @@ double Sight::hidden_between(const std::vector<Vec3>& a, const std::vector<Vec3>
   return static_cast<double>(count) / static_cast<double>(middles.size());
 }
 
-double Sight::hidden_along(const Vec3& from, const Vec3& to, double behind_m) const {
-  constexpr int steps = 20;
-  int hidden = 0;
-  for (int k = 0; k < steps; ++k) {
-    const Vec3 p = from + (k + 0.5) / steps * (to - from);
-    const auto [x, y] = cell_of(p);
-    if (x < 0 || y < 0) continue;
-    const float nearest = nearest_m_[static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_[0]) +
-                                     static_cast<std::size_t>(x)];
-    hidden += nearest > 0 && nearest < p.norm() - behind_m;
-  }
-  return static_cast<double>(hidden) / steps;
-}
-
 Sight sight_of(const geometry::PointCloud& cloud) {
   std::vector<Vec3> points;
   points.reserve(cloud.size());

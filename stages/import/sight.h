@@ -32,8 +32,6 @@ class Sight {
   /// same middles that lie `behind_m` behind what was seen there, but not behind one of the two.
   double hidden_between(const std::vector<geometry::Vec3>& a, const std::vector<geometry::Vec3>& b,
                         const Front& front_a, const Front& front_b, double behind_m) const;
-  /// The share of a way that lies `behind_m` behind what was seen there.
-  double hidden_along(const geometry::Vec3& from, const geometry::Vec3& to, double behind_m) const;
   /// How many points of `things` are seen right beside a nearer one, by `step_m`, of the front.
   int hidden_behind(const std::vector<geometry::Vec3>& things, const Front& front, double step_m) const;
 

@@ -123,18 +123,6 @@ TEST_F(ImportTest, TableSceneGivesItsObjectsTheLargestFirst) {
   EXPECT_THROW(cloud("table.xyz", {.cluster = "second"}), UserError);
 }
 
-// The smaller ball has 2562 vertices, even within a few percent, of which 5/6 of a sphere's area lie higher
-// than 1 cm; icospheres are 5 % denser at their first corners.
-TEST_F(ImportTest, WhatIsTooSmallForAnObjectIsCounted) {
-  write_table();
-  EXPECT_EQ(find_scene({.scene = "table"}, run_, {folder_ / "table.xyz"}).objects.size(), 2u);
-  EXPECT_EQ(run_.metrics().at("points_left_out"), 0);
-  EXPECT_EQ(
-      find_scene({.scene = "table", .cluster_points = 4000}, run_, {folder_ / "table.xyz"}).objects.size(),
-      1u);
-  EXPECT_NEAR(run_.metrics().at("points_left_out"), 2562.0 * 5 / 6, 2562 * 0.03);
-}
-
 TEST_F(ImportTest, ASceneGivesEveryObjectAsACloudOfItsOwn) {
   write_table();
   const auto scene = find_scene({.scene = "table"}, run_, {folder_ / "table.xyz"});

@@ -27,7 +27,7 @@ struct Squares {
     for (std::size_t i = 0; i < list.size(); ++i) list[i] = static_cast<int>(i);
     return list;
   }();
-  PartGraph graph{cloud, sight, all, {Vec3::UnitZ(), -0.11}, {0.015, 15, 600, 300, 0.25}};
+  PartGraph graph{cloud, sight, all, {Vec3::UnitZ(), -0.11}, {0.015, 15, 600, 0.25}};
 };
 
 // Evidence gives values in an order; trees ask by number. What they were trained on must be what they get.

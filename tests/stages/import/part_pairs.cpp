@@ -147,10 +147,9 @@ int main(int argc, char** argv) {
                                          params.cluster_points, params.seed});
     const auto sight = stages::sight_of(scene.cloud);
     for (const auto& cluster :
-         stages::clusters_of(scene.cloud, standing, std::max(params.cluster_gap_m, stages::most_hidden_gap_m),
+         stages::clusters_of(scene.cloud, standing, std::max(params.cluster_gap_m, stages::most_gap_m),
                              params.cluster_points)) {
-      const stages::PartRule rule{params.patch_m, params.concavity_deg, params.part_points,
-                                  params.cluster_points, params.one_thing};
+      const stages::PartRule rule{params.patch_m, params.concavity_deg, params.part_points, params.one_thing};
       const PartGraph start(scene.cloud, sight, cluster, table.plane, rule);
       for (int k = 0; k < runs; ++k) {
         PartGraph graph = start;

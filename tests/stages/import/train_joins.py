@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
 """Learns from pairs of parts which are one thing (python3-sklearn):
-  train_joins.py TRAINING.csv... [--half OTHER.csv...] > stages/import/join_trees.inc
+  train_joins.py TRAINING.csv... > stages/import/join_trees.inc
   train_joins.py --choose TRAINING.csv...    figures of depths and numbers of trees
---half: tables that count half, as of a round before with other pieces.
 Boosted regression trees, written as complete trees: split n sends what is at most its threshold to 2 n + 1,
 the rest to 2 n + 2."""
-import argparse
 import csv
 import sys
 
@@ -15,41 +13,37 @@ from sklearn.metrics import roc_auc_score
 from sklearn.model_selection import GroupShuffleSplit
 
 TREES, DEPTH, RATE = 300, 5, 0.1
-CRUMB, LEAST = 100, 30  # points; no part is smaller than the second (part_graph.cpp), but some were before
+CRUMB = 100  # points
 
 
-def read(paths, half=()):
-    names, rows, scenes, share, crumbs = None, [], [], [], 0
-    for path in [*paths, *half]:
+def read(paths):
+    names, rows, scenes, crumbs = None, [], [], 0
+    for path in paths:
         with open(path) as file:
             table = csv.reader(file)
             header = next(table)[4:]
             assert names in (None, header), f"{path} has other clues"
             names = header
             for row in table:
-                if int(row[2]) < LEAST:
-                    continue
                 # Many pairs are crumbs that are told again and again: one of three of them stands for three.
                 crumbs += int(row[2]) < CRUMB
                 if int(row[2]) < CRUMB and crumbs % 3:
                     continue
                 rows.append(np.array(row[1:], dtype=float))
-                other = path in half  # the same scene in other pieces counts as another
-                scenes.append(f"{other} " + row[0].rsplit("-", 1)[0])
-                share.append(0.5 if other else 1)
-    data, scenes = np.array(rows), np.array(scenes)
+                scenes.append(row[0].rsplit("-", 1)[0])
+    data, scenes = np.array(rows, dtype=float), np.array(scenes)
     crumb = data[:, 1] < CRUMB
     x, one = data[:, 3:], data[:, 0].astype(int)
     # A wrong join of large parts costs a thing, of crumbs nothing; each scene counts alike.
     weight = np.clip(data[:, 1] / 600, 0.05, 1) * np.where(crumb, 3, 1)
     _, scene, = np.unique(scenes, return_inverse=True)
-    weight *= np.array(share) / np.bincount(scene, weight)[scene] ** 0.5
+    weight /= np.bincount(scene, weight)[scene] ** 0.5
     return names, x, one, weight / weight.mean(), scenes
 
 
 def model(trees=TREES, depth=DEPTH):
     return HistGradientBoostingClassifier(max_iter=trees, max_depth=depth, max_leaf_nodes=None, learning_rate=RATE,
-                                          min_samples_leaf=200, l2_regularization=5, early_stopping=False,
+                                          min_samples_leaf=80, l2_regularization=5, early_stopping=False,
                                           random_state=1)
 
 
@@ -88,14 +82,10 @@ def choose(x, one, weight, scenes):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Learns from pairs of parts which are one thing")
-    parser.add_argument("training", nargs="+")
-    parser.add_argument("--half", nargs="+", default=[])
-    parser.add_argument("--choose", action="store_true")
-    args = parser.parse_args()
-    names, x, one, weight, scenes = read(args.training, args.half)
+    paths = [path for path in sys.argv[1:] if path != "--choose"]
+    names, x, one, weight, scenes = read(paths)
     print(f"{len(one)} pairs of {len(set(scenes))} scenes", file=sys.stderr)
-    if args.choose:
+    if len(paths) + 1 < len(sys.argv):
         choose(x, one, weight, scenes)
         return
     m = model().fit(x, one, sample_weight=weight)
