@@ -12,8 +12,8 @@ namespace geocage::cli {
 /// One document on stdout; in names that are no UTF-8 what can't be said becomes U+FFFD.
 void print_json(const nlohmann::json& document, int indent = 2);
 
-/// On stderr; what a terminal would obey is shown as \xNN. A stderr that takes nothing is no error: nobody is
-/// there to be told.
+/// On stderr; what a terminal would obey is shown in hexadecimal. A stderr that takes nothing is no error:
+/// nobody is there to be told.
 void tell(const std::string& text);
 
 /// Shows a run on stderr: a line that redraws itself on a terminal, plain lines otherwise, nothing when

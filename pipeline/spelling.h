@@ -7,7 +7,7 @@ namespace geocage::pipeline {
 
 /// UTF-8 without control characters: every other byte becomes %XX.
 std::string plain_name(const std::string& name);
-/// What a terminal would obey is shown as \xNN, but for ends of lines and tabs.
+/// What a terminal would obey is shown in hexadecimal, but for ends of lines and tabs.
 std::string plain_text(const std::string& text);
 /// One word for a POSIX shell.
 std::string for_shell(const std::string& word);
