@@ -28,6 +28,8 @@ expect('nothing counts as built', !existsSync(join(folder, 'stamp')));
 
 writeFileSync(join(folder, 'ring.ply'), torus(0.05, 0.014, 24, 12));
 writeFileSync(join(folder, 'flow.toml'), 'objects = ["ring.ply"]\n');
+const run = spawnSync(resolve(program), ['run', 'flow.toml', '--until', 'ring/scan', '--out', 'run', '--quiet'], { cwd: folder, encoding: 'utf8', env: { ...process.env, GEOCAGE_VIEWER: join(folder, 'out') } });
+expect('there is a store', run.status === 0, run.stderr);
 const bare = spawnSync(resolve(program), ['report', 'flow.toml', '--out', 'report', '--quiet'], { cwd: folder, encoding: 'utf8', env: { ...process.env, GEOCAGE_VIEWER: join(folder, 'out') } });
 expect('a report is written', existsSync(join(folder, 'report', 'index.html')), bare.stderr);
 expect('that says what it lacks', readFileSync(join(folder, 'report', 'index.html'), 'utf8').includes('no 3-D views'));
