@@ -42,7 +42,7 @@ void ImportParams::visit(pipeline::Fields& f) {
   f("plane_tolerance_m", plane_tolerance_m, {1e-4, 0.1},
     "table scenes: distance of points that lie on the table");
   f("table_share", table_share, {0, 1},
-    "auto: a plane with this share of the points is a table; in a room any that carries something");
+    "auto: a plane with this share of the points is a table; in a room of 1.5 m any that carries something");
   f("above_min_m", above_min_m, {0, 1}, "table scenes: objects begin this high above the table");
   f("above_max_m", above_max_m, {0, 10}, "table scenes: objects end this high above the table");
   f("cluster_gap_m", cluster_gap_m, {1e-4, 1}, "table scenes: objects are farther apart than this");
