@@ -1,6 +1,7 @@
 #include "cli/flow.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -206,6 +207,19 @@ std::vector<Variant> variants_of(const std::vector<Setting>& sweep) {
   return variants;
 }
 
+/// What a run sets itself, whatever is said.
+void refuse_own(const Script& script, std::vector<std::string>& mistakes) {
+  std::vector<Setting> all = script.stage_settings;
+  for (const auto& [object, setting] : script.object_settings) all.push_back(setting);
+  for (const auto& variant : variants_of(script.sweep))
+    all.insert(all.end(), variant.settings.begin(), variant.settings.end());
+  for (const auto& setting : all)
+    if (setting.field == "object_geometry" && (setting.stage == "evaluate" || setting.stage == "cage"))
+      mistakes.push_back(pipeline::mistake(setting.where, setting.stage,
+                                           "object_geometry follows from the object: the true mesh where one "
+                                           "is known, the reconstruction of a scan"));
+}
+
 /// ConfigurationError with all mistakes that need no object to be seen.
 Script checked_script(const FlowRequest& request) {
   std::vector<std::string> mistakes;
@@ -215,6 +229,7 @@ Script checked_script(const FlowRequest& request) {
   for (const auto& variant : variants_of(script.sweep)) apply_all(variant.settings, scratch, mistakes);
   for (const auto& [object, setting] : script.object_settings) apply_all({setting}, scratch, mistakes);
   check_sweep(script.sweep, mistakes);
+  refuse_own(script, mistakes);
   if (mistakes.empty()) return script;
   std::set<std::string> seen;
   std::erase_if(mistakes, [&](const std::string& line) { return !seen.insert(line).second; });
@@ -231,8 +246,13 @@ std::string error_of(const fs::path& path) {
   return "";
 }
 
-/// Who set a parameter: by "stage.field", the last one that did.
-using Origins = std::map<std::string, std::string>;
+/// Who set a parameter, the flow or the command line, or else a catalogue or folder.
+struct Origin {
+  std::string where;
+  bool by_user;
+};
+/// By "stage.field", the last one that did.
+using Origins = std::map<std::string, Origin>;
 
 /// The parameters of an object (or of one of a scene) by its name.
 struct Chosen {
@@ -241,11 +261,11 @@ struct Chosen {
 };
 using ParametersOf = std::function<Chosen(const std::string&)>;
 
-void apply_known(const std::vector<Setting>& settings, const std::string& who, Chosen& chosen,
+void apply_known(const std::vector<Setting>& settings, const std::string& who, bool by_user, Chosen& chosen,
                  std::vector<std::string>& mistakes) {
   apply_all(settings, chosen.parameters, mistakes);
   for (const auto& setting : settings)
-    chosen.origins[setting.stage + "." + setting.field] = who.empty() ? setting.where : who;
+    chosen.origins[setting.stage + "." + setting.field] = {who.empty() ? setting.where : who, by_user};
 }
 
 /// Adds the slots of one object in one variant, for all hands.
@@ -278,6 +298,15 @@ class Planner {
       add_scene(object, variant, parameters, parameters_of);
     else
       add_file(object, parameters);
+  }
+
+  /// Settings that do nothing for any slot.
+  void refuse_idle(std::vector<std::string>& mistakes) const {
+    for (const auto& [said, use] : uses_) {
+      const auto& [where, stage, field] = said;
+      if (!use.counts)
+        mistakes.push_back(pipeline::mistake(where, stage, field + " does nothing: " + use.why));
+    }
   }
 
  private:
@@ -365,13 +394,23 @@ class Planner {
       const auto& field = fields.list()[i];
       const std::string value = pipeline::value_text(field);
       const auto origin = origins_.find(group + "." + std::string(field.name));
+      if (origin != origins_.end() && origin->second.by_user)
+        note_use(origin->second.where, group, field, fields);
       listed.push_back({std::string(field.name), value,
-                        origin != origins_.end()                         ? origin->second
+                        origin != origins_.end()                         ? origin->second.where
                         : value == pipeline::value_text(plain.list()[i]) ? "default"
                                                                          : "the object or hand"});
     }
     shared_.push_back(name);
     return pipeline_.add(name, stage, params, inputs...);
+  }
+
+  void note_use(const std::string& where, const std::string& stage, const pipeline::Field& field,
+                const pipeline::Fields& fields) {
+    const std::string why = pipeline::why_idle(field, fields);
+    auto& use = uses_[{where, stage, field.name}];
+    use.counts |= why.empty();
+    use.why = why;
   }
 
   /// Everything downstream of what was seen; `truth` is the true mesh of what is no cloud.
@@ -456,7 +495,12 @@ class Planner {
   std::string name_;
   std::vector<std::pair<std::string, std::string>> levels_;
   Origins origins_;
-  std::vector<std::string> shared_;  ///< slots of the object, and of the pair under way
+  struct Use {
+    bool counts = false;
+    std::string why;  ///< not, last time
+  };
+  std::map<std::array<std::string, 3>, Use> uses_;  ///< of settings: where they stand, stage, field
+  std::vector<std::string> shared_;                 ///< slots of the object, and of the pair under way
 };
 
 /// Settings for an object that the flow does not have: `named` were met; what a lost scene holds is not
@@ -502,17 +546,18 @@ Flow plan_flow(const FlowRequest& request, Pipeline& pipeline) {
     for (const auto& variant : variants)
       planner.add(object, variant, [&](const std::string& name) {
         Chosen chosen;
-        apply_known(object.settings, "", chosen, mistakes);
-        apply_known(script.stage_settings, "", chosen, mistakes);
+        apply_known(object.settings, "", false, chosen, mistakes);
+        apply_known(script.stage_settings, "", true, chosen, mistakes);
         for (const auto& [known, setting] : script.object_settings)
           if (known == object.name || known == name) {
             named.insert(known);
-            apply_known({setting}, setting.where + " [object." + known + "]", chosen, mistakes);
+            apply_known({setting}, setting.where + " [object." + known + "]", true, chosen, mistakes);
           }
-        apply_known(variant.settings, "the sweep", chosen, mistakes);
+        apply_known(variant.settings, "the sweep", true, chosen, mistakes);
         return chosen;
       });
   if (request.object.empty() && request.dataset.empty()) check_names(script, flow, named, mistakes);
+  planner.refuse_idle(mistakes);
   if (!mistakes.empty()) throw ConfigurationError(mistakes);
   return flow;
 }

@@ -1,5 +1,6 @@
 #include "pipeline/fields.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -7,28 +8,41 @@
 
 namespace geocage::pipeline {
 
-void Fields::operator()(const char* name, bool& value, const char* help) {
+Fields& Fields::operator()(const char* name, bool& value, const char* help) {
   list_.push_back({name, &value, {}, {}, help});
+  return *this;
 }
-void Fields::operator()(const char* name, int& value, Range range, const char* help) {
+Fields& Fields::operator()(const char* name, int& value, Range range, const char* help) {
   list_.push_back({name, &value, range, {}, help});
+  return *this;
 }
-void Fields::operator()(const char* name, std::uint64_t& value, const char* help) {
+Fields& Fields::operator()(const char* name, std::uint64_t& value, const char* help) {
   list_.push_back({name, &value, {0}, {}, help});
+  return *this;
 }
-void Fields::operator()(const char* name, double& value, Range range, const char* help) {
+Fields& Fields::operator()(const char* name, double& value, Range range, const char* help) {
   list_.push_back({name, &value, range, {}, help});
+  return *this;
 }
-void Fields::operator()(const char* name, std::string& value, std::vector<std::string> choices,
-                        const char* help) {
+Fields& Fields::operator()(const char* name, std::string& value, std::vector<std::string> choices,
+                           const char* help) {
   list_.push_back({name, &value, {}, std::move(choices), help});
+  return *this;
 }
-void Fields::operator()(const char* name, std::vector<double>& value, Range range, const char* help) {
+Fields& Fields::operator()(const char* name, std::vector<double>& value, Range range, const char* help) {
   list_.push_back({name, &value, range, {}, help});
+  return *this;
 }
-void Fields::operator()(const char* name, std::vector<std::string>& value, std::vector<std::string> choices,
-                        const char* help) {
+Fields& Fields::operator()(const char* name, std::vector<std::string>& value,
+                           std::vector<std::string> choices, const char* help) {
   list_.push_back({name, &value, {}, std::move(choices), help});
+  return *this;
+}
+
+Fields& Fields::only_with(const char* with, std::vector<std::string> values) {
+  list_.back().with = with;
+  list_.back().with_values = std::move(values);
+  return *this;
 }
 
 namespace {
@@ -75,6 +89,13 @@ std::string text(const std::vector<Element>& list) {
   return joined + "]";
 }
 
+/// `"a" or "b"`
+std::string any_of_text(const std::vector<std::string>& values) {
+  std::string words;
+  for (const auto& value : values) words += (words.empty() ? "" : " or ") + text(value);
+  return words;
+}
+
 std::string type_name(const Field::Value& value) {
   constexpr const char* names[] = {"true or false", "whole number",    "whole number", "number",
                                    "text",          "list of numbers", "list of texts"};
@@ -97,7 +118,22 @@ std::string type_text(const Field& field) {
   if (low && high) words += " in [" + text(field.range.low) + ", " + text(field.range.high) + "]";
   if (low && !high) words += " >= " + text(field.range.low);
   if (!low && high) words += " <= " + text(field.range.high);
+  if (!field.with.empty()) words += "; with " + field.with + " " + any_of_text(field.with_values);
   return words;
+}
+
+std::string why_idle(const Field& field, const Fields& fields) {
+  for (const Field& with : fields.list()) {
+    if (field.with.empty() || with.name != field.with) continue;
+    std::vector<std::string> now;
+    if (const auto* one = std::get_if<std::string*>(&with.value)) now = {**one};
+    if (const auto* list = std::get_if<std::vector<std::string>*>(&with.value)) now = **list;
+    for (const auto& value : field.with_values)
+      if (std::find(now.begin(), now.end(), value) != now.end()) return "";
+    return with.name + " is " + value_text(with) + ", and " + field.name + " counts with " +
+           any_of_text(field.with_values);
+  }
+  return "";
 }
 
 }  // namespace geocage::pipeline

@@ -58,9 +58,12 @@ void ApproachParams::visit(pipeline::Fields& f) {
   f("candidates", candidates, {1, 14}, "scripted ways that are planned to the end; the shortest is kept");
   f("arm", arm, {"none", "kuka_lwr4"}, "what carries the hand; none: it floats");
   f("arm_distance_m", arm_distance_m, {0.1, 5},
-    "of the arm's base from the object's middle, along the ground");
-  f("arm_below_m", arm_below_m, {-2, 2}, "how far the arm's base stands below the object's middle");
-  f("arm_placements", arm_placements, {1, 64}, "places around the object that are tried");
+    "of the arm's base from the object's middle, along the ground")
+      .only_with("arm", {"kuka_lwr4"});
+  f("arm_below_m", arm_below_m, {-2, 2}, "how far the arm's base stands below the object's middle")
+      .only_with("arm", {"kuka_lwr4"});
+  f("arm_placements", arm_placements, {1, 64}, "places around the object that are tried")
+      .only_with("arm", {"kuka_lwr4"});
 }
 
 namespace {

@@ -23,14 +23,16 @@ using geometry::Vec3;
 
 void CloudParams::visit(pipeline::Fields& f) {
   f("registration", registration, {"none", "icp"}, "whether views are moved until they fit each other");
-  f("icp_reach_m", icp_reach_m, {1e-4, 1}, "icp: how far apart the views may be");
-  f("icp_rounds", icp_rounds, {1, 1000}, "icp: steps of all views together");
+  f("icp_reach_m", icp_reach_m, {1e-4, 1}, "how far apart the views may be")
+      .only_with("registration", {"icp"});
+  f("icp_rounds", icp_rounds, {1, 1000}, "steps of all views together").only_with("registration", {"icp"});
   f("outlier_neighbours", outlier_neighbours, {2, 1000}, "neighbours whose mean distance tells outliers");
   f("outlier_sigmas", outlier_sigmas, {0.1, 100},
     "a point is dropped when that distance is so many deviations above the mean");
   f("voxel_m", voxel_m, {1e-4, 0.1}, "one point is kept for each voxel of this size");
   f("smooth", smooth, {"none", "mls"}, "moving least squares");
-  f("smooth_radius_m", smooth_radius_m, {1e-4, 0.1}, "mls: neighbours lie within this distance");
+  f("smooth_radius_m", smooth_radius_m, {1e-4, 0.1}, "neighbours lie within this distance")
+      .only_with("smooth", {"mls"});
   f("normal_neighbours", normal_neighbours, {4, 1000}, "neighbours that a normal is fitted to");
   f("grazing_deg", grazing_deg, {0, 90}, "points seen at a larger angle of incidence are dropped");
   f("seed", seed, "of the propagation of normals where no sensor is known");

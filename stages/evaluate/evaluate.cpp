@@ -311,8 +311,9 @@ void EvaluateParams::visit(pipeline::Fields& f) {
   f("push_m_s2", push_m_s2, {1e-3, 100},
     "of a push, per mass: 10 is BODex's, 9.81 the weight; of geocage-force alone");
   f("weight", weight, {"mass", "density"}, "which of the next two counts; of geocage-force alone");
-  f("mass_kg", mass_kg, {1e-4, 100}, "of the object");
-  f("density_kg_m3", density_kg_m3, {1, 3e4}, "of the object's solid; 500 is DexGraspNet's");
+  f("mass_kg", mass_kg, {1e-4, 100}, "of the object").only_with("weight", {"mass"});
+  f("density_kg_m3", density_kg_m3, {1, 3e4}, "of the object's solid; 500 is DexGraspNet's")
+      .only_with("weight", {"density"});
   f("object_geometry", object_geometry, {"truth", "reconstruction", "given"},
     "which geometry of the object is simulated; kept with the results");
   f("control_grasps", control_grasps, {1, 1e6},

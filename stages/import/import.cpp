@@ -35,24 +35,33 @@ void ImportParams::visit(pipeline::Fields& f) {
     "meshes that are not one closed part that doesn't cut itself: mend them, refuse them, or keep them");
   f("scene", scene, {"auto", "object", "table"},
     "clouds: one object, a table with objects, or look for a table");
-  f("cluster", cluster, {}, "table scenes: all objects, largest, a number (0 is the largest), or the label");
+  f("cluster", cluster, {}, "all objects, largest, a number (0 is the largest), or the label")
+      .only_with("scene", {"auto", "table"});
   f("cluster_by", cluster_by, {"gap", "shape", "label"},
-    "table scenes: objects end at gaps, at hollow edges too (where the sensor's place is known), or at "
-    "labels");
-  f("plane_tolerance_m", plane_tolerance_m, {1e-4, 0.1},
-    "table scenes: distance of points that lie on the table");
+    "objects end at gaps, at hollow edges too (where the sensor's place is known), or at "
+    "labels")
+      .only_with("scene", {"auto", "table"});
+  f("plane_tolerance_m", plane_tolerance_m, {1e-4, 0.1}, "distance of points that lie on the table")
+      .only_with("scene", {"auto", "table"});
   f("table_share", table_share, {0, 1},
-    "auto: a plane with this share of the points is a table; in a room of 1.5 m any that carries something");
-  f("above_min_m", above_min_m, {0, 1}, "table scenes: objects begin this high above the table");
-  f("above_max_m", above_max_m, {0, 10}, "table scenes: objects end this high above the table");
-  f("cluster_gap_m", cluster_gap_m, {1e-4, 1}, "table scenes: objects are farther apart than this");
-  f("cluster_points", cluster_points, {4, 10000000}, "table scenes: an object has at least this many points");
-  f("patch_m", patch_m, {1e-3, 0.2}, "shape: size of the patches whose angles are compared");
-  f("concavity_deg", concavity_deg, {0, 180}, "shape: a hollower angle than this is an object's end");
-  f("part_points", part_points, {4, 10000000},
-    "shape: what touches others and has fewer points belongs to them");
-  f("one_thing", one_thing, {0, 1},
-    "shape: pieces are joined that are one thing with at least this probability");
+    "a plane with this share of the points is a table; in a room of 1.5 m any that carries something")
+      .only_with("scene", {"auto"});
+  f("above_min_m", above_min_m, {0, 1}, "objects begin this high above the table")
+      .only_with("scene", {"auto", "table"});
+  f("above_max_m", above_max_m, {0, 10}, "objects end this high above the table")
+      .only_with("scene", {"auto", "table"});
+  f("cluster_gap_m", cluster_gap_m, {1e-4, 1}, "objects are farther apart than this")
+      .only_with("scene", {"auto", "table"});
+  f("cluster_points", cluster_points, {4, 10000000}, "an object has at least this many points")
+      .only_with("scene", {"auto", "table"});
+  f("patch_m", patch_m, {1e-3, 0.2}, "size of the patches whose angles are compared")
+      .only_with("cluster_by", {"shape"});
+  f("concavity_deg", concavity_deg, {0, 180}, "a hollower angle than this is an object's end")
+      .only_with("cluster_by", {"shape"});
+  f("part_points", part_points, {4, 10000000}, "what touches others and has fewer points belongs to them")
+      .only_with("cluster_by", {"shape"});
+  f("one_thing", one_thing, {0, 1}, "pieces are joined that are one thing with at least this probability")
+      .only_with("cluster_by", {"shape"});
   f("seed", seed, "of the search for the table");
 }
 

@@ -16,7 +16,8 @@ void PlaceParams::visit(pipeline::Fields& fields) {
   fields("heuristics", heuristics, {"winding", "curvature", "combined", "loops", "random", "antipodal"},
          "whose candidates are used; none named: all that were scored. antipodal finds its own");
   fields("antipodal_places", antipodal_places, {1, 1000},
-         "opposed pairs of points, each approached from 8 sides");
+         "opposed pairs of points, each approached from 8 sides")
+      .only_with("heuristics", {"antipodal"});
   fields("approaches", approaches, {"normal", "center"},
          "directions the palm comes from: against the normal, or towards the ball's centre across its axis");
   fields("align_plane", align_plane, "roll 0 lets the fingers close in the ball's plane; off: a random turn");

@@ -24,8 +24,8 @@ using pipeline::UserError;
 
 void RemeshParams::visit(pipeline::Fields& f) {
   f("size_by", size_by, {"edge_length", "vertices"}, "which of the next two is asked for");
-  f("edge_length_m", edge_length_m, {0.0002, 1}, "wanted edge length");
-  f("vertices", vertices, {20, 2000000}, "wanted number of vertices");
+  f("edge_length_m", edge_length_m, {0.0002, 1}, "wanted edge length").only_with("size_by", {"edge_length"});
+  f("vertices", vertices, {20, 2000000}, "wanted number of vertices").only_with("size_by", {"vertices"});
   f("sweeps", sweeps, {1, 100}, "rounds of split, collapse, flip, smooth, project");
   f("least_angle_deg", least_angle_deg, {0, 35},
     "a net with a smaller angle is not answered: a wrap's takes its place, or it is refused");

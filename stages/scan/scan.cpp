@@ -14,44 +14,62 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 
 void ScanParams::visit(pipeline::Fields& f) {
-  f("views", views, {1, 1000}, "views, spread evenly over a sphere around the object");
+  f("views", views, {1, 1000}, "views, spread evenly over a sphere around the object")
+      .only_with("placement", {"diagonals", "metres"});
   f("placement", placement, {"diagonals", "metres", "list"},
     "how far cameras stand: in diagonals of the object's box, in metres, or where positions_m says");
   f("distance_diagonals", distance_diagonals, {0.6, 100},
-    "distance of the sensor from the centre, in diagonals of the object's box");
-  f("distance_m", distance_m, {0.01, 100}, "distance of the sensor from the centre");
-  f("positions_m", positions_m, {-100, 100}, "list: x, y, z of each camera in O; it looks at the centre");
+    "distance of the sensor from the centre, in diagonals of the object's box")
+      .only_with("placement", {"diagonals"});
+  f("distance_m", distance_m, {0.01, 100}, "distance of the sensor from the centre")
+      .only_with("placement", {"metres"});
+  f("positions_m", positions_m, {-100, 100}, "x, y, z of each camera in O; it looks at the centre")
+      .only_with("placement", {"list"});
   f("width", width, {8, 4096}, "pixels of a row");
   f("height", height, {8, 4096}, "pixels of a column");
   f("intrinsics", intrinsics, {"fit", "field_of_view", "matrix"},
     "focal length: the object fills the image, from field_of_view_deg, or fx_px to cy_px");
-  f("field_of_view_deg", field_of_view_deg, {1, 170}, "field_of_view: horizontal");
-  f("fx_px", fx_px, {1, 1e5}, "matrix: focal length along a row");
-  f("fy_px", fy_px, {1, 1e5}, "matrix: focal length along a column");
-  f("cx_px", cx_px, {-1e5, 1e5}, "matrix: principal point, from the image's left border");
-  f("cy_px", cy_px, {-1e5, 1e5}, "matrix: principal point, from the image's upper border");
+  f("field_of_view_deg", field_of_view_deg, {1, 170}, "horizontal")
+      .only_with("intrinsics", {"field_of_view"});
+  f("fx_px", fx_px, {1, 1e5}, "focal length along a row").only_with("intrinsics", {"matrix"});
+  f("fy_px", fy_px, {1, 1e5}, "focal length along a column").only_with("intrinsics", {"matrix"});
+  f("cx_px", cx_px, {-1e5, 1e5}, "principal point, from the image's left border")
+      .only_with("intrinsics", {"matrix"});
+  f("cy_px", cy_px, {-1e5, 1e5}, "principal point, from the image's upper border")
+      .only_with("intrinsics", {"matrix"});
   f("range_min_m", range_min_m, {0, 100}, "nearer points are not seen");
   f("range_max_m", range_max_m, {0, 100}, "farther points are not seen");
   f("noise", noise, {"gaussian", "kinect", "outliers", "missing"}, "the models at work; [] is a clean scan");
-  f("along", along, {"ray", "normal", "isotropic"}, "gaussian: in which direction");
-  f("sigma_m", sigma_m, {0, 0.1}, "gaussian: deviation is the sum of this,");
-  f("sigma_edges", sigma_edges, {0, 10}, "gaussian: of this many mean edges of the mesh,");
-  f("sigma_diagonals", sigma_diagonals, {0, 1}, "gaussian: and of this many diagonals of its box");
-  f("axial_1pm", axial_1pm, {0, 1}, "kinect: deviation of the inverse depth");
-  f("step_1pm", step_1pm, {0, 1}, "kinect: step of the inverse depth");
-  f("bias_1pm", bias_1pm, {0, 1}, "kinect: root mean square of the smooth error of the inverse depth");
-  f("lateral_rad", lateral_rad, {0, 0.1}, "kinect: deviation of a pixel's direction, right and down");
-  f("warp_rad", warp_rad, {0, 0.1}, "kinect: root mean square of its smooth error, right and down");
-  f("window_width_rad", window_width_rad, {0, 0.5}, "kinect: what one disparity is measured of, along a row");
-  f("window_height_rad", window_height_rad, {0, 0.5}, "kinect: and along a column");
-  f("baseline_m", baseline_m, {0, 1}, "kinect: from camera to projector, whose shadows have no depth");
-  f("dropout_share", dropout_share, {0, 1}, "kinect: pixels without depth anywhere");
-  f("grazing_deg", grazing_deg, {0, 89.9}, "kinect: from this angle of incidence up to 90, more and more");
-  f("flying_share", flying_share, {0, 1}, "kinect: pixels at silhouettes that fly behind them");
-  f("flying_m", flying_m, {0, 1}, "kinect: how far they fly");
-  f("outlier_share", outlier_share, {0, 1}, "outliers: points that lie anywhere on their rays");
-  f("missing_views", missing_views, {0, 1}, "missing: share of the views");
-  f("missing_surface", missing_surface, {0, 0.99}, "missing: share of the points, in one hole");
+  f("along", along, {"ray", "normal", "isotropic"}, "in which direction").only_with("noise", {"gaussian"});
+  f("sigma_m", sigma_m, {0, 0.1}, "deviation is the sum of this,").only_with("noise", {"gaussian"});
+  f("sigma_edges", sigma_edges, {0, 10}, "of this many mean edges of the mesh,")
+      .only_with("noise", {"gaussian"});
+  f("sigma_diagonals", sigma_diagonals, {0, 1}, "and of this many diagonals of its box")
+      .only_with("noise", {"gaussian"});
+  f("axial_1pm", axial_1pm, {0, 1}, "deviation of the inverse depth").only_with("noise", {"kinect"});
+  f("step_1pm", step_1pm, {0, 1}, "step of the inverse depth").only_with("noise", {"kinect"});
+  f("bias_1pm", bias_1pm, {0, 1}, "root mean square of the smooth error of the inverse depth")
+      .only_with("noise", {"kinect"});
+  f("lateral_rad", lateral_rad, {0, 0.1}, "deviation of a pixel's direction, right and down")
+      .only_with("noise", {"kinect"});
+  f("warp_rad", warp_rad, {0, 0.1}, "root mean square of its smooth error, right and down")
+      .only_with("noise", {"kinect"});
+  f("window_width_rad", window_width_rad, {0, 0.5}, "what one disparity is measured of, along a row")
+      .only_with("noise", {"kinect"});
+  f("window_height_rad", window_height_rad, {0, 0.5}, "and along a column").only_with("noise", {"kinect"});
+  f("baseline_m", baseline_m, {0, 1}, "from camera to projector, whose shadows have no depth")
+      .only_with("noise", {"kinect"});
+  f("dropout_share", dropout_share, {0, 1}, "pixels without depth anywhere").only_with("noise", {"kinect"});
+  f("grazing_deg", grazing_deg, {0, 89.9}, "from this angle of incidence up to 90, more and more")
+      .only_with("noise", {"kinect"});
+  f("flying_share", flying_share, {0, 1}, "pixels at silhouettes that fly behind them")
+      .only_with("noise", {"kinect"});
+  f("flying_m", flying_m, {0, 1}, "how far they fly").only_with("noise", {"kinect"});
+  f("outlier_share", outlier_share, {0, 1}, "points that lie anywhere on their rays")
+      .only_with("noise", {"outliers"});
+  f("missing_views", missing_views, {0, 1}, "share of the views").only_with("noise", {"missing"});
+  f("missing_surface", missing_surface, {0, 0.99}, "share of the points, in one hole")
+      .only_with("noise", {"missing"});
   f("pose_error_m", pose_error_m, {0, 1}, "deviation of a sensor's place, all views but the first");
   f("pose_error_rad", pose_error_rad, {0, 1}, "deviation of its rotation vector, all views but the first");
   f("seed", seed, "of all noise");

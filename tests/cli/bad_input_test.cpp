@@ -180,11 +180,34 @@ TEST_F(BadInput, FlowFiles) {
   told("objects = ['bowl']\n[sweep]\n'scan.seed' = [1]\n[sweep.scan]\nseed = [2]\n",
        "scan.seed is there twice");
   told("objects = ['bowl']\nhands = ['schunk_sdf']\n", "no such hand");
+  told("objects = ['bowl']\n[evaluate]\nobject_geometry = 'truth'\n",
+       "flow.toml:3:1: error: [evaluate] object_geometry follows from the object");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "store"));
   EXPECT_EQ(geocage({"run", (folder_ / "none.toml").string(), "--store", (folder_ / "store").string()}).code,
             2);
   EXPECT_EQ(geocage({"run", "--set", "remesh.sweeps=0", "--store", (folder_ / "store").string()}).code, 2);
   EXPECT_EQ(geocage({"run", "--dataset", (folder_ / "none").string()}).code, 2);
+}
+
+// A setting that counts for no slot is a mistake; one that counts in one variant of a sweep is none.
+TEST_F(BadInput, SettingsThatDoNothing) {
+  const auto planned = [&](const std::string& toml) {
+    return geocage(
+        {"run", write("flow.toml", toml).string(), "--dry-run", "--store", (folder_ / "store").string()});
+  };
+  const Ended idle = planned("objects = ['bowl']\n[remesh]\nvertices = 900\n[scan]\nbaseline_m = 0.1\n");
+  EXPECT_EQ(idle.code, 2);
+  EXPECT_NE(
+      idle.err.find("flow.toml:3:1: error: [remesh] vertices does nothing: size_by is \"edge_length\", and "
+                    "vertices counts with \"vertices\""),
+      std::string::npos)
+      << idle.err;
+  EXPECT_NE(idle.err.find("[scan] baseline_m does nothing: noise is [\"gaussian\"]"), std::string::npos)
+      << idle.err;
+  const Ended swept = planned(
+      "objects = ['bowl']\n[remesh]\nvertices = 900\n[sweep]\n'remesh.size_by' = ['edge_length', "
+      "'vertices']\n");
+  EXPECT_EQ(swept.code, 0) << swept.err;
 }
 
 TEST_F(BadInput, WhatIsViewed) {

@@ -1,5 +1,6 @@
 #include "cli/parameters.h"
 
+#include <algorithm>
 #include <set>
 #include <type_traits>
 #include <utility>
@@ -57,6 +58,20 @@ TEST(Parameters, NamesAreUniqueAndExplained) {
     for (const auto& field : fields.list()) {
       EXPECT_TRUE(names.insert(field.name).second) << stage << "." << field.name;
       EXPECT_FALSE(field.help.empty()) << stage << "." << field.name;
+    }
+  }
+}
+
+TEST(Parameters, ConditionsNameFieldsAndTheirChoices) {
+  for (const auto& stage : stage_names()) {
+    StageParameters parameters;
+    const auto fields = fields_of_stage(parameters, stage);
+    for (const auto& field : fields.list()) {
+      if (field.with.empty()) continue;
+      const auto with = std::ranges::find(fields.list(), field.with, &pipeline::Field::name);
+      ASSERT_NE(with, fields.list().end()) << stage << "." << field.name;
+      for (const auto& value : field.with_values)
+        EXPECT_EQ(std::ranges::count(with->choices, value), 1) << stage << "." << field.name << ": " << value;
     }
   }
 }

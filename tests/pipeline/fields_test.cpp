@@ -56,5 +56,31 @@ TEST(Fields, TypesInWords) {
   EXPECT_EQ(type_text(fields.list()[5]), "list of numbers >= 0");
 }
 
+struct Sizes {
+  std::string size_by = "edge";
+  std::vector<std::string> noise = {"kinect", "missing"};
+  double edge_m = 1, sigma_m = 1, share = 1;
+  void visit(Fields& f) {
+    f("size_by", size_by, {"edge", "count"}, "");
+    f("noise", noise, {"gaussian", "kinect", "missing"}, "");
+    f("edge_m", edge_m, {0, 2}, "").only_with("size_by", {"edge"});
+    f("sigma_m", sigma_m, {0, 2}, "").only_with("noise", {"gaussian", "kinect"});
+    f("share", share, {0, 2}, "");
+  }
+};
+
+TEST(Fields, TellWhyTheyDoNothing) {
+  Sizes sizes;
+  const Fields fields = fields_of(sizes);
+  const auto why = [&](int i) { return why_idle(fields.list()[i], fields); };
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(why(i), "");
+  sizes.size_by = "count";
+  sizes.noise = {"missing"};
+  EXPECT_EQ(why(2), "size_by is \"count\", and edge_m counts with \"edge\"");
+  EXPECT_EQ(why(3), "noise is [\"missing\"], and sigma_m counts with \"gaussian\" or \"kinect\"");
+  EXPECT_EQ(why(4), "");
+  EXPECT_EQ(type_text(fields.list()[2]), "number in [0, 2]; with size_by \"edge\"");
+}
+
 }  // namespace
 }  // namespace geocage::pipeline
