@@ -486,10 +486,10 @@ Stackable varied_thing(Chance& chance, const std::filesystem::path& objects, boo
   }
 }
 
-/// How many things, and from how high they are seen.
+/// How many things, and from where they are seen.
 struct Crowd {
   int least = 1, most = 6;
-  double low_deg = 28, high_deg = 62;
+  double low_deg = 28, high_deg = 62, near_m = 0.7, far_m = 1;
 };
 
 /// Things against each other, a little apart, or on the flat top of any; each scene from one place of chance.
@@ -543,18 +543,26 @@ std::vector<TableScene> varied(const std::filesystem::path& objects, int first_s
     }
     if (ambiguous) continue;
     scene = in_the_middle(std::move(scene));
-    scene.views = {{chance.in(crowd.low_deg, crowd.high_deg), chance.in(0.7, 1.0),
+    scene.views = {{chance.in(crowd.low_deg, crowd.high_deg), chance.in(crowd.near_m, crowd.far_m),
                     static_cast<std::uint64_t>(first_seed + k)}};
     list.push_back(std::move(scene));
   }
   return list;
 }
 
+/// How low tables may be, and whether more stands there: another table that carries something, too, and a
+/// shelf over the table's back or behind it.
+struct RoomRule {
+  double lowest_m = 0.65;
+  bool crowded = false;
+};
+
 /// A table of chance and what is seen round it: the floor always, walls behind or beside it, maybe against
 /// it, the back of a chair, a box on the floor. Sensors look along +x, from above -x.
-void put_in_a_room(TableScene& scene, Chance& chance) {
+void put_in_a_room(TableScene& scene, Chance& chance, const RoomRule& rule) {
   scene.table_m = {chance.in(0.6, 0.9), chance.in(0.6, 1.2), chance.in(0.02, 0.04)};
-  const double floor = -chance.in(0.65, 0.85), back = scene.table_m.x() / 2, side = scene.table_m.y() / 2;
+  const double floor = -chance.in(rule.lowest_m, 0.85), back = scene.table_m.x() / 2,
+               side = scene.table_m.y() / 2;
   const auto put = [&](const Vec3& size, const Vec3& foot) {
     scene.room.push_back(placed(standing(datasets::box(size, 12)), foot));
   };
@@ -573,13 +581,23 @@ void put_in_a_room(TableScene& scene, Chance& chance) {
   if (chance.below(10) < 5)
     put({chance.in(0.2, 0.4), chance.in(0.2, 0.4), chance.in(0.1, 0.5)},
         {chance.in(-0.3, 0.3), (chance.below(2) == 0 ? -1 : 1) * (side + chance.in(0.25, 0.4)), floor});
+  if (!rule.crowded) return;
+  if (chance.below(10) < 4) {
+    const double y = (chance.below(2) == 0 ? -1 : 1) * (side + 0.35 + chance.in(0.05, 0.4));
+    const double x = chance.in(-0.2, 0.5), top = chance.in(-0.15, 0.1);
+    put({0.7, 0.7, 0.03}, {x, y, top - 0.03});
+    put({0.12, 0.08, chance.in(0.05, 0.2)}, {x + chance.in(-0.1, 0.1), y, top});
+  }
+  if (chance.below(10) < 3)
+    put({0.25, 1, 0.02}, {back + chance.in(-0.1, 0.3), chance.in(-0.2, 0.2), chance.in(0.35, 0.6)});
 }
 
-std::vector<TableScene> rooms(const std::filesystem::path& objects, int first_seed, Seeds seeds) {
-  auto list = varied(objects, first_seed, seeds);
+std::vector<TableScene> rooms(const std::filesystem::path& objects, int first_seed, Seeds seeds,
+                              const Crowd& crowd = {}, const RoomRule& rule = {}) {
+  auto list = varied(objects, first_seed, seeds, crowd);
   for (TableScene& scene : list) {
     Chance chance(scene.views.front().seed + 1000000);
-    put_in_a_room(scene, chance);
+    put_in_a_room(scene, chance, rule);
   }
   return list;
 }
@@ -599,6 +617,9 @@ std::vector<TableScene> table_scenes(const std::string& set, const std::filesyst
   if (set == "varied_2") return varied(objects, 400000, of(160));
   if (set == "rooms") return rooms(objects, 600000, of(100));
   if (set == "rooms_trial") return rooms(objects, 500000, of(100));
+  const Crowd far = {1, 6, 22, 60, 0.9, 1.3};
+  if (set == "far_rooms") return rooms(objects, 800000, of(100), far, {0.35, true});
+  if (set == "far_rooms_trial") return rooms(objects, 700000, of(100), far, {0.35, true});
   if (set == "varied_3") return varied(objects, 600000, of(200));
   if (set == "wide") return wide(objects, 50000, of(40));
   return of_chance(objects, set == "fresh" ? 1000 : 9000);

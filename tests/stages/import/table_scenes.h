@@ -34,10 +34,12 @@ struct Seeds {
 /// "wide": one to five, of more kinds. "varied": one to six, of still more kinds, seen from one place of
 /// chance (28 to 62 degrees, 0.7 to 1 m) each; "varied_2", "varied_3": of that kind, each for a look when
 /// all is chosen. "rooms": things of "varied_3" on tables of several sizes in rooms of chance: floor, walls,
-/// chairs, boxes beside the table; "rooms_trial": others, to choose by. "trial": of that kind, to choose by.
-/// "training", "training_varied": other scenes of these two kinds; "training_low": three to six things of
-/// that kind from 28 to 42 degrees. Meshes of `objects`, where it isn't empty, stand among them. Sets by
-/// hand, "fresh" and "unseen" come whole. Precondition: one of these names.
+/// chairs, boxes beside the table; "rooms_trial": others, to choose by. "far_rooms",
+/// "far_rooms_trial": rooms with tables as low as 0.35 m, other tables and shelves, from 22 to 60 degrees and
+/// 0.9 to 1.3 m. "trial": of that kind, to choose by. "training", "training_varied": other scenes of these
+/// two kinds; "training_low": three to six things of that kind from 28 to 42 degrees. Meshes of `objects`,
+/// where it isn't empty, stand among them. Sets by hand, "fresh" and "unseen" come whole. Precondition: one
+/// of these names.
 std::vector<TableScene> table_scenes(const std::string& set, const std::filesystem::path& objects,
                                      Seeds seeds = {});
 

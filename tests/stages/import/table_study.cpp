@@ -1,6 +1,6 @@
 // How often the things of a table scene become one object each:
 //   build/release/table_study --set tuning|held_out|fresh|unseen|trial|wide|varied|varied_2|varied_3|rooms|
-//   rooms_trial [--objects DIR]
+//   rooms_trial|far_rooms|far_rooms_trial [--objects DIR]
 //   [--rule gap] [--rule shape] [--rule lccp] [--rule lccp_extended] [--one_thing 0.5] [--part_points 600]
 //   [--keep FOLDER [--write]] [--scene NAME] [--from_seed 0] [--to_seed 160]
 // --keep writes each scene as a labelled PCD, and reads it where it is there already.
@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   app.add_option("--set", set, "which scenes")
       ->check(CLI::IsMember({"tuning", "held_out", "fresh", "unseen", "training", "training_varied",
                              "training_low", "trial", "wide", "varied", "varied_2", "varied_3", "rooms",
-                             "rooms_trial"}));
+                             "rooms_trial", "far_rooms", "far_rooms_trial"}));
   app.add_option("--objects", objects, "folder of the shared meshes")->check(CLI::ExistingDirectory);
   app.add_option("--rule", rules,
                  "values of import.cluster_by; lccp, lccp_extended: PCL's (locally_convex.h)");
