@@ -61,8 +61,8 @@ geometry::PointCloud import_cloud(const ImportParams& params, pipeline::Run& run
                                   const geometry::SourceFile& file);
 
 inline constexpr pipeline::Stage import_mesh_stage{"import", 4, &import_mesh, 1.0};
-inline constexpr pipeline::Stage import_cloud_stage{"import", 12, &import_cloud, 1.0};
+inline constexpr pipeline::Stage import_cloud_stage{"import", 13, &import_cloud, 1.0};
 inline constexpr pipeline::Stage import_part_stage{"import", 4, &import_part};
-inline constexpr pipeline::Stage scene_stage{"scene", 11, &find_scene, 1.0};
+inline constexpr pipeline::Stage scene_stage{"scene", 12, &find_scene, 1.0};
 
 }  // namespace geocage::stages

@@ -9,6 +9,7 @@
 #include "geometry/clusters.h"
 #include "geometry/median.h"
 #include "stages/import/outline.h"
+#include "stages/import/sight.h"
 
 namespace geocage::stages {
 
@@ -31,8 +32,10 @@ struct Cells {
   PointCloud cloud;
   std::vector<int> of_point, weight;
   std::vector<double> noise_m;  ///< how far from a plane its points may lie
+  std::optional<Sight> sight;   ///< where the sensor's place is known
 
   explicit Cells(const PointCloud& fine, double least_m) : of_point(fine.size()) {
+    if (!fine.sensor_origins.empty()) sight.emplace(sight_of(fine));
     std::vector<std::pair<std::array<int, 3>, int>> keys;
     for (std::size_t i = 0; i < fine.size(); ++i) {
       const Eigen::Vector3i key = (fine.points[i] / cell_m).array().floor().cast<int>();
@@ -50,9 +53,9 @@ struct Cells {
     }
     for (std::size_t c = 0; c < weight.size(); ++c) cloud.points[c] /= weight[c];
     cloud.sensor_origins = fine.sensor_origins;
-    for (const Vec3& p : cloud.points)
-      noise_m.push_back(std::max(least_m, noise_1pm * (p - sensor()).squaredNorm()));
+    for (const Vec3& p : cloud.points) noise_m.push_back(std::max(least_m, sensor_noise_m(p)));
   }
+  double sensor_noise_m(const Vec3& p) const { return noise_1pm * (p - sensor()).squaredNorm(); }
   Vec3 sensor() const {
     return cloud.sensor_origins.empty() ? Vec3::Zero().eval() : cloud.sensor_origins.front();
   }
@@ -106,6 +109,29 @@ std::vector<int> large_pieces(const PointCloud& cells, const std::vector<int>& c
   return kept;
 }
 
+/// Whether what begins high over a plane carries itself, as a shelf does: below its border on the sensor's
+/// side, that far up, most is seen to be empty. What stands behind something else hides there.
+bool hangs_free(const Cells& cells, const Plane& plane, const std::vector<int>& chosen) {
+  if (!cells.sight) return false;
+  constexpr double border = 0.2;  // of the cells
+  const Vec3 sensor = cells.sensor();
+  std::vector<std::pair<double, int>> by_distance;
+  for (int c : chosen) {
+    const Vec3 to = cells.cloud.points[c] - sensor;
+    by_distance.emplace_back((to - to.dot(plane.normal) * plane.normal).norm(), c);
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  by_distance.resize(static_cast<std::size_t>(std::ceil(border * static_cast<double>(by_distance.size()))));
+  int all = 0, empty = 0;
+  for (const auto& [distance, c] : by_distance) {
+    const Vec3& p = cells.cloud.points[c];
+    const double behind_m = std::max(clear_m, 2 * cells.sensor_noise_m(p));
+    for (double down_m = 2 * cell_m; down_m < plane.height_m(p) - cell_m; down_m += cell_m, ++all)
+      empty += cells.sight->empty(p - down_m * plane.normal - sensor, behind_m);
+  }
+  return 2 * empty > all;
+}
+
 Taken take(const Cells& cells, const std::vector<Plane>& planes, std::size_t which, const TableRule& rule) {
   const PointCloud& cloud = cells.cloud;
   const std::size_t n = cloud.size();
@@ -154,17 +180,23 @@ Taken take(const Cells& cells, const std::vector<Plane>& planes, std::size_t whi
   }
   for (const auto& one : geometry::clusters(points_of(cloud, near), hang_m)) {
     double inside = 0, all = 0, lowest_m = rule.above_max_m;
+    bool is_flat = cells.sight.has_value();  // no higher than the sensor errs
+    std::vector<int> held;
     for (int i : one) {
       const auto c = static_cast<std::size_t>(near[i]);
       all += cells.weight[c];
       if (!over(c)) continue;
+      const double height_m = taken.plane.height_m(cloud.points[c]);
       inside += cells.weight[c];
-      lowest_m = std::min(lowest_m, taken.plane.height_m(cloud.points[c]));
+      held.push_back(near[i]);
+      lowest_m = std::min(lowest_m, height_m);
+      is_flat = is_flat && height_m < 2 * cells.sensor_noise_m(cloud.points[c]);
     }
-    if (2 * inside < all) continue;
-    for (int i : one)
-      if (over(static_cast<std::size_t>(near[i]))) taken.standing[near[i]] = 1;
-    if (inside >= rule.points && lowest_m <= rule.above_min_m + begins_m) taken.carried += inside;
+    if (2 * inside < all || is_flat) continue;
+    const bool begins_high = lowest_m > rule.above_min_m + begins_m;
+    if (begins_high && hangs_free(cells, taken.plane, held)) continue;
+    for (int c : held) taken.standing[c] = 1;
+    if (inside >= rule.points && !begins_high) taken.carried += inside;
   }
   return taken;
 }

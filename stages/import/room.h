@@ -9,8 +9,9 @@ namespace geocage::stages {
 /// one after the other; seen from each, another plane that lies mostly beside what can stand on it is
 /// background. What else hangs together, begins just above the plane and lies mostly over its outline stands
 /// on it. Of the planes that carry something the nearest to the sensor is the table, but for the tops of
-/// things that stand on one of them. None where no plane carries anything, or where it is the `largest` one
-/// of the cloud and nothing is background: then that is no room.
+/// things that stand on one of them. Neither what hangs free over it stands there, seen through below, nor
+/// what rises less than twice the sensor's noise. None where no plane carries anything, or where it is the
+/// `largest` one of the cloud and nothing is background: then that is no room.
 std::optional<FoundTable> table_in_room(const geometry::PointCloud& cloud, const FoundPlane& largest,
                                         const TableRule& rule);
 

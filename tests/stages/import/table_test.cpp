@@ -121,6 +121,30 @@ TEST(FindTable, InARoomHoldsWhatStandsOnTheTable) {
   }
 }
 
+// Over the table's back a shelf, under which the wall is seen; behind the box a board of which the box hides
+// all below 5 cm.
+TEST(FindTable, AShelfDoesNotStandOnTheTableAndWhatIsHalfHiddenDoes) {
+  auto cloud = a_box_on_a_table();
+  const auto board = cloud.size();
+  put_rectangle(cloud, {0.15, -0.04, 0.06}, {0, 0.08, 0}, {0, 0, 0.14}, 0.005);
+  const auto shelf = cloud.size();
+  put_rectangle(cloud, {0.25, -0.3, 0.35}, {0, 0.6, 0}, {0, 0, 0.02}, 0.005);
+  put_rectangle(cloud, {0.25, -0.3, 0.37}, {0.15, 0, 0}, {0, 0.6, 0}, 0.005);
+  const auto room = cloud.size();
+  put_rectangle(cloud, {0.405, -0.4, 0.01}, {0, 0.8, 0}, {0, 0, 0.24}, 0.003);
+  put_rectangle(cloud, {0.405, -1.5, -0.75}, {0, 3, 0}, {0, 0, 0.75});
+  put_rectangle(cloud, {-0.4, -1.5, -0.75}, {0.8, 0, 0}, {0, 1.1, 0});
+  const auto found = find_table(cloud, rule);
+  EXPECT_TRUE(found.in_room);
+  const auto standing = [&](std::size_t from, std::size_t to) {
+    return std::ranges::count_if(found.standing, [&](int i) {
+      return static_cast<std::size_t>(i) >= from && static_cast<std::size_t>(i) < to;
+    });
+  };
+  EXPECT_EQ(standing(board, shelf), static_cast<std::ptrdiff_t>(shelf - board));
+  EXPECT_EQ(standing(shelf, room), 0);
+}
+
 TEST(FindTable, WithoutARoomIsTheLargestPlane) {
   const auto cloud = a_box_on_a_table();
   const auto found = find_table(cloud, rule);
