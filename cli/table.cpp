@@ -127,8 +127,9 @@ Table select_from(const fs::path& file, const std::string& statement) {
                               "`geocage run` writes it; --out or --database say where it is");
   const Database database = open_database(file, SQLITE_OPEN_READONLY);
   const auto refuse = [&](const std::string& sentence) {
-    throw pipeline::UserError(pipeline::Fault::configuration, "query", sentence,
-                              "tables: grasps, rates, paired; names with a dot stand in double quotes");
+    throw pipeline::UserError(
+        pipeline::Fault::configuration, "query", sentence,
+        "tables: grasps, rates, paired, losses, agreement, slots; names with a dot stand in double quotes");
   };
   sqlite3_stmt* raw = nullptr;
   const char* rest = nullptr;

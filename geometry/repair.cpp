@@ -173,7 +173,7 @@ class Repairer {
     if (wrap.triangles.empty()) return repair_;
     const int parts = drop_parts(wrap, params_.smallest_part, params_.parts == "largest", repair_.counts);
     if (parts > 1) {
-      rejected(fmt::format("its {} parts do not touch; the largest alone can be asked for", parts));
+      rejected(fmt::format("its {} parts do not touch: each is an object of its own", parts));
       return repair_;
     }
     orient_outward(wrap);

@@ -34,10 +34,10 @@ fs::path folder_of(const std::string& name_or_path) {
                     "`geocage hands check` of a URDF that has none writes a draft");
   if (path.has_parent_path())
     throw UserError(Fault::configuration, path.string(), "this is neither a folder of a hand nor a URDF");
-  const std::string nearest = pipeline::nearest_name(name_or_path, known);
-  throw UserError(
-      Fault::configuration, "hand '" + name_or_path + "'", "there is no such hand",
-      nearest.empty() ? "no hand lies in " + hands_folder().string() : "did you mean '" + nearest + "'?");
+  const std::string near = pipeline::near_name(name_or_path, known);
+  throw UserError(Fault::configuration, "hand '" + name_or_path + "'", "there is no such hand",
+                  near.empty() ? "`geocage hands` lists those of " + hands_folder().string()
+                               : "did you mean '" + near + "'?");
 }
 
 }  // namespace

@@ -33,4 +33,11 @@ std::string nearest_name(const std::string& word, const std::vector<std::string>
   return nearest == known.end() ? "" : *nearest;
 }
 
+std::string near_name(const std::string& word, const std::vector<std::string>& known) {
+  const std::string name = nearest_name(word, known);
+  const bool begins = !word.empty() && name.starts_with(word);
+  const std::size_t longer = std::max(word.size(), name.size());
+  return begins || 5 * edit_distance(word, name) <= 2 * longer ? name : "";
+}
+
 }  // namespace geocage::pipeline

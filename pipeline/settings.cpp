@@ -156,7 +156,11 @@ class Putter {
     return shown(x) + " is outside [" + shown(field_.range.low) + ", " + shown(field_.range.high) + "]";
   }
   std::string not_known(const std::string& text) const {
-    return "'" + text + "' is not a choice" + did_you_mean(text, field_.choices);
+    const std::string meant = did_you_mean(text, field_.choices);
+    if (!meant.empty()) return "'" + text + "' is not a choice" + meant;
+    std::string all;
+    for (const auto& choice : field_.choices) all += (all.empty() ? "" : ", ") + choice;
+    return "'" + text + "' is not a choice; there are " + all;
   }
   std::string wrong_type() const { return "the value must be a " + type_text(field_); }
 
@@ -176,7 +180,8 @@ std::string mistake(const std::string& where, const std::string& stage, const st
 }
 
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
-  return known.empty() ? "" : "; did you mean '" + nearest_name(word, known) + "'?";
+  const std::string name = near_name(word, known);
+  return name.empty() ? "" : "; did you mean '" + name + "'?";
 }
 
 void apply(const Setting& setting, const Fields& fields, std::vector<std::string>& mistakes) {

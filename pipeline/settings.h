@@ -34,7 +34,7 @@ class ConfigurationError : public UserError {
 
 /// "where: error: [stage] sentence"
 std::string mistake(const std::string& where, const std::string& stage, const std::string& sentence);
-/// "; did you mean 'x'?"
+/// "; did you mean 'x'?", empty when no known name is near
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& known);
 
 /// Puts the value into its field, or adds a line to `mistakes`: unknown name (with the nearest one), wrong

@@ -237,8 +237,11 @@ WorkerUse run_contained(const WorkerLimits& limits, const std::string& where,
 
   const End end = wait_for(child, limits.seconds * limits.patience, pipe, hear);
   const int status = end.status;
+  // neither a limit nor a broken file is known to be its cause
+  const std::string of_exception = "please report it, with the command and its input";
   const auto fail = [&](Loss loss, const std::string& sentence) {
-    throw WorkerLost(loss, where, limits.subject + " " + sentence, limits.hint);
+    throw WorkerLost(loss, where, limits.subject + " " + sentence,
+                     loss == Loss::exception ? of_exception : limits.hint);
   };
   const bool signalled = WIFSIGNALED(status);
   if (!end.in_time)

@@ -29,7 +29,8 @@ Polyline read_polyline(const std::filesystem::path& file) {
     }
     std::string rest;
     if (comma != ',' || cells >> rest || !p.allFinite())
-      refuse(file.string() + ":" + std::to_string(number), "'" + line.substr(0, 60) + "' is not x,y,z");
+      refuse(file.string() + ":" + std::to_string(number),
+             "'" + line.substr(0, 60) + "' is not three numbers");
     points.push_back(p);
   }
   if (points.size() < 2) refuse(file.string(), "a polyline needs at least two points");

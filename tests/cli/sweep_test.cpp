@@ -96,6 +96,11 @@ TEST_F(Sweep, QueryReadsOnly) {
   EXPECT_EQ(code("delete from grasps"), 2);
   EXPECT_EQ(code("select 1; select 2"), 2);
   EXPECT_EQ(code("selct"), 2);
+  const Ended none = geocage({"query", "select * from nowhere", "--out", out("store").string()});
+  for (const char* table : {"grasps", "rates", "paired", "losses", "agreement", "slots"}) {
+    EXPECT_NE(none.err.find(table), std::string::npos) << table << ": " << none.err;
+    EXPECT_EQ(code(std::string("select count(*) from ") + table), 0) << table;
+  }
   EXPECT_EQ(geocage({"query", "select 1", "--out", (*folder_ / "nowhere").string()}).code, 2);
   EXPECT_EQ(geocage({"query", "select 1 as one, 'a,b' as two", "--out", out("store").string(), "--csv"}).out,
             "one,two\n1,\"a,b\"\n");

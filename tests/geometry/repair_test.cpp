@@ -168,6 +168,7 @@ TEST(Repair, RejectsByName) {
     two.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
   EXPECT_NE(reason(two).find("do not touch"), std::string::npos);
+  EXPECT_EQ(reason(two).find("can be asked"), std::string::npos) << "no parameter of import asks for it";
   auto far = datasets::icosphere(0.05, 2);
   far.vertices[3].x() = 1e20;
   EXPECT_NE(reason(far).find("lies 1e+20 m away"), std::string::npos);

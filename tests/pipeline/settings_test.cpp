@@ -66,6 +66,21 @@ TEST(Settings, AllMistakesAtOnceWithPlaceAndNearestName) {
       mistakes.end());
 }
 
+TEST(Settings, NoNameIsGuessedWhereNoneIsNear) {
+  const std::vector<std::string> known{"mug", "schunk_sdh", "remesh"};
+  EXPECT_EQ(did_you_mean("xylophone", known), "");
+  EXPECT_EQ(did_you_mean("", known), "");
+  EXPECT_EQ(did_you_mean("cat", {}), "");
+  EXPECT_EQ(did_you_mean("mugg", known), "; did you mean 'mug'?");
+  EXPECT_EQ(did_you_mean("schu", known), "; did you mean 'schunk_sdh'?") << "the beginning of a name";
+  EXPECT_EQ(did_you_mean("remehs", known), "; did you mean 'remesh'?");
+  Params p;
+  const auto mistakes = read("[remesh]\nmetric = 'xylophone'\n", p);
+  ASSERT_EQ(mistakes.size(), 1u);
+  EXPECT_EQ(mistakes[0],
+            "flow.toml:2:1: error: [remesh] metric: 'xylophone' is not a choice; there are hop, dijkstra");
+}
+
 TEST(Settings, FloatForWholeNumberIsRefused) {
   Params p;
   EXPECT_EQ(read("[remesh]\nsweeps = 2.5\n", p).size(), 1u);

@@ -100,6 +100,22 @@ std::optional<Loss> loss_of(const Work& work, WorkerLimits limits = {5, 1}) {
   return {};
 }
 
+// A hint about limits would send one who reads it the wrong way.
+TEST(Worker, AnExceptionIsNoMatterOfLimits) {
+  const WorkerLimits limits{.hint = "the limits"};
+  const auto hint_of = [&](const std::function<void(const std::filesystem::path&)>& work) {
+    try {
+      run_contained(limits, "x", work, nothing);
+    } catch (const WorkerLost& lost) {
+      return lost.hint();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(hint_of([](const auto&) { throw std::runtime_error("odd"); }),
+            "please report it, with the command and its input");
+  EXPECT_EQ(hint_of([](const auto&) { throw std::bad_alloc(); }), "the limits");
+}
+
 // On a machine of many cores the addresses that threads take would be all that a worker may have.
 TEST(Worker, ThreadsLeaveItsMemoryAlone) {
   const auto work = [](const std::filesystem::path&) {
