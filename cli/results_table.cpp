@@ -357,7 +357,7 @@ Table rate_table(const Flow& flow, const Table& grasps) {
     row.insert(row.end(), key.second.begin(), key.second.end());
     for (double x : {double(objects.size()), double(trials), double(held), wilson.share, wilson.low,
                      wilson.high, bootstrap.low, bootstrap.high})
-      row.emplace_back(x);
+      row.push_back(number(x));
   }
   return table;
 }
@@ -396,7 +396,7 @@ Table paired_table(const Flow& flow, const Table& grasps) {
         const auto mean = reports::bootstrap_over_groups(groups_of(objects));
         table.rows.push_back({setting, levels[0], levels[k], hand, double(objects.size()), pairs, gained,
                               lost, reports::mcnemar(static_cast<int>(gained), static_cast<int>(lost)),
-                              mean.mean, mean.low, mean.high});
+                              mean.mean, number(mean.low), number(mean.high)});
       }
     }
   }
@@ -443,7 +443,7 @@ Table agreement_table(const Flow& flow, const Table& grasps) {
       row.emplace_back(measure);
       row.insert(row.end(), key.begin(), key.end());
       for (double x : {double(objects.size()), double(pairs), mean.mean, mean.low, mean.high})
-        row.emplace_back(x);
+        row.push_back(number(x));
     }
   }
   return table;

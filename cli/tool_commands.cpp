@@ -133,8 +133,27 @@ int score(const Shared& shared, const ScoreOptions& options) {
                -1);
   else if (printed)
     fmt::print("{}", text);
+  else if (!shared.quiet)
+    tell(fmt::format("{} vertices scored: {}\n", vertices, options.out.string()));
   return 0;
 }
+
+namespace {
+
+/// One sentence where the linking integral has no value.
+void tell_touching(const topology::Polyline& a, const topology::Polyline& b) {
+  for (std::size_t i = 0; i + 1 < a.size(); ++i)
+    for (std::size_t j = 0; j + 1 < b.size(); ++j)
+      if (topology::segments_touch(a[i], a[i + 1], b[j], b[j + 1])) {
+        tell(
+            fmt::format("the curves touch, at segment {} of the first and {} of the second: the linking "
+                        "integral jumps there, and 0 is written for segments that touch\n",
+                        i, j));
+        return;
+      }
+}
+
+}  // namespace
 
 int writhe(const Shared& shared, const WritheOptions& options) {
   auto a = topology::read_polyline(options.a), b = topology::read_polyline(options.b);
@@ -142,6 +161,7 @@ int writhe(const Shared& shared, const WritheOptions& options) {
     a.push_back(a.front());
     b.push_back(b.front());
   }
+  if (!shared.quiet) tell_touching(a, b);
   const Eigen::MatrixXd omega = topology::writhe_matrix(a, b);
   const double gli = topology::gauss_linking_integral(a, b);
   if (!shared.json) {

@@ -106,7 +106,8 @@ MeshOfFile read_mesh(const fs::path& file, double scale_to_m, const FaceGuard& g
     const aiScene* scene = read_scene(importer, file);
     if (!scene && std::string(importer.GetErrorString()).find("mNumMeshes is 0") != std::string::npos)
       throw UserError(Fault::input, file.string(), "its reader finds no mesh in it",
-                      "check that the ending fits the content, and that text is plain ASCII or UTF-8");
+                      "is it a cloud? Else check that the ending fits the content, and that text is plain "
+                      "ASCII or UTF-8");
     if (!scene)
       throw UserError(Fault::input, file.string(),
                       std::string("no mesh can be read from it: ") + importer.GetErrorString(),

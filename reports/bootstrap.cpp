@@ -44,7 +44,7 @@ BootstrapMean bootstrap_over_groups(const std::vector<std::vector<double>>& grou
     for (double x : group) sum.add({x, 1});
     all.add(sum);
   }
-  if (sums.empty()) return {};
+  if (sums.size() < 2) return {.mean = all.mean()};
   SplitMix random(seed);
   std::vector<double> means;
   for (int draw = 0; draw < draws; ++draw) {

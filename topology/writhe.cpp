@@ -56,6 +56,19 @@ double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
   return flat(b - a, d - c, all) ? 0 : all.solid_angle();
 }
 
+bool segments_touch(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  const Parallelogram all(a, b, c, d);
+  if (!flat(b - a, d - c, all)) return false;
+  Vec3 unused = Vec3::Zero();
+  const bool apart =
+      add_edge(all.p, all.lp, all.q, all.lq, unused, unused) &&
+      add_edge(all.q, all.lq, all.r, all.lr, unused, unused) &&
+      add_edge(all.r, all.lr, all.s, all.ls, unused, unused) &&
+      add_edge(all.s, all.ls, all.p, all.lp, unused, unused) &&
+      add_edge(all.p, all.lp, all.r, all.lr, unused, unused);  // the diagonal of both triangles
+  return !apart || std::abs(all.solid_angle()) > M_PI;         // 2 pi: the eye lies within one of them
+}
+
 double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, SegmentGradient& gradient,
                       double most_gradient_1pm) {
   const Parallelogram all(a, b, c, d);

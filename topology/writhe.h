@@ -14,6 +14,9 @@ namespace geocage::topology {
 /// 4 pi where the segments cross.
 double segment_writhe(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
+/// Whether the segments share a point, to rounding: there the value jumps and the 0 is a convention.
+bool segments_touch(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
 /// Derivatives of a segment_writhe by its four points [sr/m]; they add up to zero.
 struct SegmentGradient {
   Vec3 a, b, c, d;

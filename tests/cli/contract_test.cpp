@@ -314,6 +314,14 @@ TEST_F(Contract, ClosedPolylinesLink) {
   EXPECT_EQ(answer["omega_sr"].size(), 4u);
 }
 
+TEST_F(Contract, CurvesThatTouchAreTold) {
+  const auto a = write("a.csv", "0,0,0\n1,0,0\n"), b = write("b.csv", "3,3,3\n1,1,0\n0.5,0,0\n");
+  const Ended ended = geocage({"writhe", a, b});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_NE(ended.err.find("segment 0 of the first and 1 of the second"), std::string::npos) << ended.err;
+  EXPECT_EQ(geocage({"writhe", a, b, "--quiet"}).err, "");
+}
+
 TEST_F(Contract, OutputThatIsLostIsCode5) {
   const Ended full = geocage_in_shell("\"$GEOCAGE\" stages > /dev/full");
   EXPECT_EQ(full.code, 5);

@@ -31,9 +31,12 @@ TEST(Bootstrap, AlikeWithinGroupsMeansAWiderInterval) {
   EXPECT_EQ(none.high - none.low, 0.0);  // every group has the same mean
 }
 
-TEST(Bootstrap, NothingIsZeros) {
-  EXPECT_EQ(bootstrap_over_groups({}).high, 0);
+TEST(Bootstrap, FewerThanTwoGroupsHaveNoInterval) {
   EXPECT_EQ(bootstrap_over_groups({{}, {}}).mean, 0);
+  EXPECT_TRUE(std::isnan(bootstrap_over_groups({}).high));
+  const auto one = bootstrap_over_groups({{}, {0, 1, 1, 1}});
+  EXPECT_EQ(one.mean, 0.75);
+  EXPECT_TRUE(std::isnan(one.low) && std::isnan(one.high));
 }
 
 }  // namespace

@@ -57,6 +57,24 @@ TEST(SegmentWrithe, Symmetries) {
   EXPECT_NEAR(segment_writhe(moved(a), moved(b), moved(c), moved(d)), omega, 1e-12);
 }
 
+TEST(SegmentWrithe, TouchingIsKnown) {
+  const Vec3 o(0.1, 0.2, 0.3), x(1, 2, 2), y(2, 1, -2);  // coordinates that are rounded
+  const auto at = [&](double u, double v) -> Vec3 { return o + 0.3 * (u * x + v * y); };
+  EXPECT_TRUE(segments_touch(at(-1, 0), at(1, 0), at(0, -1), at(0, 1)));        // crossed at their middles
+  EXPECT_TRUE(segments_touch(at(-1, 0), at(2, 0), at(0.3, -1), at(0.1, 0.7)));  // crossed anywhere
+  EXPECT_TRUE(segments_touch(at(-1, 0), at(1, 0), at(0, 0), at(0, 1)));         // a T
+  EXPECT_TRUE(segments_touch(at(0, 0), at(1, 0), at(1, 0), at(1, 1)));          // one end of both
+  EXPECT_TRUE(segments_touch(at(0, 0), at(2, 0), at(1, 0), at(3, 0)));          // overlapping
+  EXPECT_TRUE(segments_touch(at(0, 0), at(1, 0), at(0, 0), at(1, 0)));          // the same
+  EXPECT_TRUE(segments_touch(at(0, 0), at(2, 0), at(1, 0), at(1, 0)));          // a point on a segment
+  EXPECT_FALSE(segments_touch(at(0, 0), at(1, 0), at(2, 0), at(3, 0)));         // in one line, apart
+  EXPECT_FALSE(segments_touch(at(0, 0), at(1, 0), at(0, 1), at(1, 1)));         // parallel
+  EXPECT_FALSE(segments_touch(at(0, 0), at(1, 0), at(2, -1), at(2, 1)));        // in one plane, apart
+  EXPECT_FALSE(segments_touch(at(0, 0), at(1, 0), at(2, 1), at(2, 1)));         // a point beside a segment
+  const Vec3 up = 1e-9 * x.cross(y).normalized();
+  EXPECT_FALSE(segments_touch(at(-1, 0), at(1, 0), at(0, -1) + up, at(0, 1) + up));
+}
+
 TEST(SegmentWrithe, SegmentsInOnePlaneSeeNothing) {
   EXPECT_EQ(segment_writhe({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}), 0);     // parallel
   EXPECT_EQ(segment_writhe({0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}), 0);     // in one line

@@ -352,6 +352,9 @@ export function sweepPage(overview: Overview): Page {
   const settings = columns.filter((name) => name.includes('.') && !known.includes(name));
   const curves = h('div', { class: 'plots' }), differences = h('div', { class: 'plots' }), histograms = h('div', { class: 'plots' });
   const escape = (name: string) => name.replaceAll('.', '\\.').replaceAll('[', '\\[').replaceAll(']', '\\]');
+  const hands = new Set(rates.map((row) => row.hand));
+  /** What tells a line from others: its levels, and its hand where there are several or nothing else. */
+  const seriesOf = (row: Row, names: string[]) => [...(hands.size > 1 || names.length === 0 ? [row.hand] : []), ...names.map((name) => `${name}=${row[name]}`)].join(' ');
   /** A figure of each measure over a setting, a line a series: a band from bootstraps, whiskers from `low` to `high`. */
   const drawOver = (into: HTMLElement, all: Row[], setting: string, caption: string, y: { value: string; low: string; high: string; share: boolean }, columns: string[]) => {
     into.replaceChildren();
@@ -359,24 +362,27 @@ export function sweepPage(overview: Overview): Page {
     const others = settings.filter((name) => name !== setting);
     for (const measure of [...new Set(all.map((row) => String(row.measure)))]) {
       const rows = all.filter((row) => row.measure === measure);
-      for (const row of rows) row.series = [row.hand, ...others.map((name) => `${name}=${row[name]}`)].join(' ');
+      for (const row of rows) row.series = seriesOf(row, others);
+      const levels = [...new Set(rows.map((row) => row[setting]))];
       const encoding = {
-        x: { field: escape(setting), type: numeric ? 'quantitative' : 'ordinal', title: setting }, ...(numeric ? {} : { xOffset: { field: 'series' } }),
+        x: { field: escape(setting), type: numeric ? 'quantitative' : 'ordinal', title: setting, ...(numeric && levels.length <= 12 ? { axis: { values: levels } } : {}) },
+        ...(numeric ? {} : { xOffset: { field: 'series' } }),
         color: { field: 'series', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9'] } },
       };
       const value = { field: y.value, type: 'quantitative' };
+      const known = (field: string) => [{ filter: `isValid(datum.${field})` }]; // no interval of a single object
       into.append(plot(`${measure} over ${setting}`, caption, {
         width: 'container', height: 260, encoding,
         layer: [
-          ...(numeric ? [{ mark: { type: 'area', opacity: 0.15 }, encoding: { y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' } } },
+          ...(numeric ? [{ transform: known('bootstrap_low'), mark: { type: 'area', opacity: 0.15 }, encoding: { y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' } } },
             { mark: { type: 'line' }, encoding: { y: value } }] : []),
-          { mark: { type: 'rule', strokeWidth: 2 }, encoding: { y: { field: y.low, type: 'quantitative', title: y.share ? 'share' : measure, ...(y.share ? { scale: { domain: [0, 1] } } : {}) }, y2: { field: y.high } } },
+          { transform: known(y.low), mark: { type: 'rule', strokeWidth: 2 }, encoding: { y: { field: y.low, type: 'quantitative', title: y.share ? 'share' : measure, ...(y.share ? { scale: { domain: [0, 1] } } : {}) }, y2: { field: y.high } } },
           { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { y: value, shape: { field: 'series', type: 'nominal', title: null } } },
         ],
       }, rows, columns));
     }
   };
-  const drawCurves = (setting: string) => drawOver(curves, rates, setting, 'Dots: share; whiskers: Wilson’s 95 % interval; band: bootstrap over objects. Seeds are pooled.',
+  const drawCurves = (setting: string) => drawOver(curves, rates, setting, 'Dots: share; whiskers: Wilson’s 95 % interval; band: bootstrap over objects, where there are several. Seeds are pooled.',
     { value: 'rate', low: 'wilson_low', high: 'wilson_high', share: true },
     ['hand', ...settings, 'trials', 'rate', 'wilson_low', 'wilson_high', 'bootstrap_low', 'bootstrap_high'].filter((name) => columns.includes(name) || name === 'hand'));
   const drawDifferences = () => {
@@ -387,11 +393,11 @@ export function sweepPage(overview: Overview): Page {
       differences.append(h('p', { class: 'soft' }, 'No two levels share an object, hand and seed.'));
       return;
     }
-    for (const row of paired) row.what = `${row.setting}: ${row.other} against ${row.first}${row.hand ? ` (${row.hand})` : ''}`;
-    differences.append(plot('Paired differences', 'Best grasp held at a level minus at the first level, on the same object, hand and seed; bars: bootstrap over objects.', {
+    for (const row of paired) row.what = `${row.setting}: ${row.other} against ${row.first}${hands.size > 1 ? ` (${row.hand})` : ''}`;
+    differences.append(plot('Paired differences', 'Best grasp held at a level minus at the first level, on the same object, hand and seed; bars: bootstrap over objects, where there are several.', {
       width: 'container', height: { step: 26 },
       layer: [{ mark: { type: 'rule', strokeDash: [4, 4] }, encoding: { x: { datum: 0, type: 'quantitative' } } },
-        { mark: { type: 'rule', strokeWidth: 3, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal', title: null, axis: { labelLimit: 300 } }, x: { field: low, type: 'quantitative', title: 'difference of shares', scale: { domain: [-1, 1] } }, x2: { field: high } } },
+        { transform: [{ filter: `isValid(datum.${low})` }], mark: { type: 'rule', strokeWidth: 3, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal', title: null }, x: { field: low, type: 'quantitative', title: 'difference of shares', scale: { domain: [-1, 1] } }, x2: { field: high } } },
         { mark: { type: 'point', filled: true, opacity: 1, size: 80, color: '#0072B2' }, encoding: { y: { field: 'what', type: 'nominal' }, x: { field: mean, type: 'quantitative' } } }],
     }, paired, pairedColumns));
   };
@@ -408,21 +414,20 @@ export function sweepPage(overview: Overview): Page {
   };
   const losses = recordsOf(overview, 'losses'), agreement = recordsOf(overview, 'agreement');
   const lost = h('div', { class: 'plots' }), agreed = h('div', { class: 'plots' });
-  const keyOf = (row: Row) => [row.hand, ...settings.map((name) => `${name}=${row[name]}`)].join(' ');
   const drawLosses = () => {
     const columns = overview.tables.find((one) => one.name === 'losses')?.columns ?? [];
     for (const row of losses) {
-      row.level = keyOf(row);
+      row.level = seriesOf(row, settings);
       row.stage = row.best_lost_at || 'held';
     }
     const stages = [...new Set(losses.map((row) => String(row.stage)))];
     lost.append(plot('Where the best grasp is lost', 'Pairs by the stage that lost their best grasp; held: none did.', {
       width: 'container', height: { step: 24 }, mark: 'bar',
-      encoding: { y: { field: 'level', type: 'nominal', title: null, sort: null, axis: { labelLimit: 320 } }, x: { field: 'pairs', type: 'quantitative', title: 'pairs', axis: { tickMinStep: 1, format: 'd' } },
+      encoding: { y: { field: 'level', type: 'nominal', title: null, sort: null }, x: { field: 'pairs', type: 'quantitative', title: 'pairs', axis: { tickMinStep: 1, format: 'd' } },
         color: { field: 'stage', type: 'nominal', title: null, scale: { domain: stages, range: stages.map((stage, i) => (stage === 'held' ? '#0072B2' : ['#D55E00', '#E69F00', '#CC79A7', '#56B4E9', '#7a7a7a', '#009E73'][i % 6])) } } },
     }, losses, columns));
   };
-  const drawAgreement = (setting: string) => drawOver(agreed, agreement, setting, 'Mean over pairs; band and whiskers: bootstrap over objects.',
+  const drawAgreement = (setting: string) => drawOver(agreed, agreement, setting, 'Mean over pairs; band and whiskers: bootstrap over objects, where there are several.',
     { value: 'mean', low: 'bootstrap_low', high: 'bootstrap_high', share: false }, ['hand', ...settings, 'objects', 'pairs', 'mean', 'bootstrap_low', 'bootstrap_high']);
   let quantity = numericColumns.find((name) => name === 'score_winding_angle_rad') ?? numericColumns[0] ?? '';
   const level = settings[0] ?? '';

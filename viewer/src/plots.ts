@@ -8,8 +8,8 @@ async function draw(host: HTMLElement, spec: object, dark: boolean) {
   const ink = dark ? '#e6e9ef' : '#1d2430', line = dark ? '#3a4352' : '#d5dae3';
   const config = {
     background: 'transparent', font: 'system-ui, sans-serif', view: { stroke: 'transparent' },
-    axis: { labelColor: ink, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 500 },
-    legend: { symbolOpacity: 1, labelColor: ink, titleColor: ink, labelFontSize: 12, titleFontSize: 12 }, title: { color: ink },
+    axis: { labelColor: ink, titleColor: ink, gridColor: line, domainColor: line, tickColor: line, labelFontSize: 12, titleFontSize: 12, titleFontWeight: 500, labelLimit: 460 },
+    legend: { symbolOpacity: 1, labelColor: ink, titleColor: ink, labelFontSize: 12, titleFontSize: 12, labelLimit: 460 }, title: { color: ink },
     header: { labelColor: ink, titleColor: ink },
   };
   const compiled = compile({ $schema: 'https://vega.github.io/schema/vega-lite/v6.json', ...spec, config } as unknown as TopLevelSpec);
