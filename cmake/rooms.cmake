@@ -42,6 +42,8 @@ function(geocage_test name)
   cmake_parse_arguments(TEST "" "" "SOURCES;ROOMS;USES;SUITES" ${ARGN})
   list(TRANSFORM TEST_ROOMS PREPEND "geocage_" OUTPUT_VARIABLE rooms)
   add_executable(${name}_test ${TEST_SOURCES})
+  list(TRANSFORM TEST_SOURCES PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/" OUTPUT_VARIABLE files)
+  set_property(GLOBAL APPEND PROPERTY GEOCAGE_TEST_FILES ${files})
   target_link_libraries(${name}_test PRIVATE geocage_flags ${rooms} ${TEST_USES} GTest::gtest_main)
   target_compile_options(${name}_test PRIVATE $<$<CONFIG:Release>:-O1>) # a third less time to compile than -O2
   if(NOT TEST_SUITES)

@@ -6,8 +6,15 @@
 
 namespace geocage::geometry {
 
+namespace {
+
+/// Wider vectors round otherwise: machines that have AVX-512 answer as those that don't.
+constexpr const char* embree_config = "threads=1,set_affinity=0,max_isa=avx2";
+
+}  // namespace
+
 RayScene::RayScene(const TriangleMesh& mesh, const Vec3& center_O)
-    : center_(center_O), device_(rtcNewDevice("threads=1,set_affinity=0")), scene_(rtcNewScene(device_)) {
+    : center_(center_O), device_(rtcNewDevice(embree_config)), scene_(rtcNewScene(device_)) {
   RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));

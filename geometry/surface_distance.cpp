@@ -156,10 +156,12 @@ bool SurfaceDistance::visit_triangle(RTCPointQueryFunctionArguments* arguments) 
   auto& query = *static_cast<Query*>(arguments->userPtr);
   const Facet& facet = query.surface->facets_[arguments->primID];
   if (query.facing && !(facet.normal.dot(*query.facing) > query.least_cos)) return false;
-  const double d2 = facet.distance2(query.p, query.best2);
-  if (d2 >= query.best2) return false;
+  const auto triangle = static_cast<int>(arguments->primID);
+  const double d2 = facet.distance2(query.p, std::nextafter(query.best2, infinity));
+  // Of several at one distance the first by number, whatever order the tree is walked in.
+  if (d2 > query.best2 || (d2 == query.best2 && triangle >= query.nearest)) return false;
   query.best2 = d2;
-  query.nearest = static_cast<int>(arguments->primID);
+  query.nearest = triangle;
   arguments->query->radius = query.surface->search_radius(d2);
   return true;
 }

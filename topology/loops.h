@@ -13,9 +13,11 @@ namespace geocage::topology {
 enum class LoopKind { around, through, mixed };
 
 /// A closed curve on a surface, its last point joined to its first. Its points are on edges of the mesh and
-/// its segments in triangles.
+/// its segments in triangles. `strip` are these in order, each beside the next, with those that it only
+/// touches where it runs through a vertex: to cut the strip out is to cut along the curve.
 struct SurfaceLoop {
   Polyline path;
+  std::vector<int> strip;
   double length_m = 0;
   LoopKind kind = LoopKind::around;
 };

@@ -235,6 +235,7 @@ std::vector<Crossing> pull_tight(const TriangleMesh& mesh, const NumberedEdges& 
 SurfaceLoop loop_of(const TriangleMesh& mesh, const std::vector<Crossing>& string) {
   SurfaceLoop loop;
   for (const Crossing& c : string) {
+    loop.strip.push_back(c.face);
     const auto& t = mesh.triangles[c.face];
     const Vec3 p = (1 - c.t) * mesh.vertices[t[c.side]] + c.t * mesh.vertices[t[(c.side + 1) % 3]];
     if (loop.path.empty() || p != loop.path.back()) loop.path.push_back(p);  // a vertex is named once

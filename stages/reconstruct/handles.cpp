@@ -5,7 +5,6 @@
 #include "geometry/holes.h"
 #include "geometry/repair.h"
 #include "geometry/soup.h"
-#include "geometry/surface_distance.h"
 #include "topology/loops.h"
 
 namespace geocage::stages {
@@ -15,21 +14,7 @@ using topology::SurfaceLoop;
 
 namespace {
 
-/// The triangles that a loop runs through.
-std::vector<int> crossed_by(const SurfaceLoop& loop, const geometry::SurfaceDistance& surface) {
-  std::vector<int> crossed;
-  const auto count = loop.path.size();
-  int nearest = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    surface.distance_m((loop.path[i] + loop.path[(i + 1) % count]) / 2, nearest);  // sets `nearest`
-    crossed.push_back(nearest);
-  }
-  std::sort(crossed.begin(), crossed.end());
-  crossed.erase(std::unique(crossed.begin(), crossed.end()), crossed.end());
-  return crossed;
-}
-
-/// The mesh without those triangles, closed again.
+/// The mesh without the triangles of some strips, closed again.
 TriangleMesh cut_along(const TriangleMesh& mesh, const std::vector<int>& crossed) {
   std::vector<char> keep(mesh.triangles.size(), 1);
   for (int f : crossed) keep[f] = 0;
@@ -60,16 +45,14 @@ struct Round {
 /// Loops that keep clear of each other, one after the other on the numbers of `mesh`, each only where a solid
 /// with one handle less comes of it.
 Round cut_round(const TriangleMesh& mesh, int euler, double loop_m) {
-  const geometry::SurfaceDistance surface(mesh);
   std::vector<char> taken(mesh.vertices.size(), 0);
   std::vector<int> all;
   Round round;
   for (const SurfaceLoop& loop : topology::handle_loops(mesh)) {
     if (loop.length_m >= loop_m) continue;
-    const auto crossed = crossed_by(loop, surface);
-    if (meets(mesh, crossed, taken)) continue;
+    if (meets(mesh, loop.strip, taken)) continue;
     auto with = all;
-    with.insert(with.end(), crossed.begin(), crossed.end());
+    with.insert(with.end(), loop.strip.begin(), loop.strip.end());
     TriangleMesh cut = cut_along(mesh, with);
     if (check_mesh(cut).euler != euler + 2 * (round.handles + 1) || !geometry::flaw_of_solid(cut).empty())
       continue;

@@ -31,6 +31,6 @@ struct ReconstructParams {
 geometry::TriangleMesh reconstruct(const ReconstructParams& params, pipeline::Run& run,
                                    const geometry::PointCloud& cloud);
 
-inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 5, &reconstruct, 1.0};
+inline constexpr pipeline::Stage reconstruct_stage{"reconstruct", 6, &reconstruct, 1.0};
 
 }  // namespace geocage::stages

@@ -56,6 +56,6 @@ struct ScanParams {
 /// UserError (geometry) when no ray meets the surface in range.
 geometry::PointCloud scan(const ScanParams& params, pipeline::Run& run, const geometry::TriangleMesh& mesh);
 
-inline constexpr pipeline::Stage scan_stage{"scan", 3, &scan};
+inline constexpr pipeline::Stage scan_stage{"scan", 4, &scan};
 
 }  // namespace geocage::stages

@@ -1,6 +1,8 @@
 #include "geometry/surface_distance.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <omp.h>
@@ -26,6 +28,27 @@ TEST(SurfaceDistance, FootOnABoxIsTheClampedPoint) {
     EXPECT_NEAR(foot.distance_m, (p - expected).norm(), 1e-12);
     // The weights of the corners give the foot back: they add up to one.
     EXPECT_NEAR(surface.barycentric(foot.point_O, nearest).sum(), 1, 1e-12);
+  }
+}
+
+// The middle of a cube is as far from all of its sides, and each side's middle is a corner of triangles: all
+// in whole numbers, so that distances are alike to the last bit.
+TEST(SurfaceDistance, OfSeveralNearestTheFirstIsNamedWhereverTheSearchBegins) {
+  const auto cube = datasets::box({2, 2, 2}, 4);
+  const SurfaceDistance surface(cube);
+  const int last = static_cast<int>(cube.triangles.size()) - 1;
+  for (const Vec3& p : {Vec3(0, 0, 0), Vec3(3, 0, 0), Vec3(0, -2, 0), Vec3(2, 2, 2)}) {
+    std::vector<double> distances2;
+    for (const auto& t : cube.triangles)
+      distances2.push_back(
+          Facet(cube.vertices[t[0]], cube.vertices[t[1]], cube.vertices[t[2]]).distance2(p, 1e9));
+    const int first = static_cast<int>(std::ranges::min_element(distances2) - distances2.begin());
+    EXPECT_GT(std::ranges::count(distances2, distances2[first]), 1);
+    for (int begin : {0, first, last / 2, last}) {
+      int nearest = begin;
+      surface.distance_m(p, nearest);
+      EXPECT_EQ(nearest, first) << p.transpose() << " from " << begin;
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <numeric>
 #include <random>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <omp.h>
@@ -108,6 +109,24 @@ TEST(HandleLoops, AreTightOnUnevenMeshes) {
     EXPECT_NEAR(loops[1].length_m, 2 * M_PI * (R - r), error * 2 * M_PI * (R - r)) << seed;
     EXPECT_EQ(links(loops[0], core()), 1);
     EXPECT_EQ(links(loops[1], outer()), 1);
+  }
+}
+
+TEST(HandleLoops, StripsAreRingsOfTriangles) {
+  for (const TriangleMesh& mesh : {datasets::torus(R, r, nu, nv), jittered_torus(3)}) {
+    const NumberedEdges numbered(mesh);
+    for (const SurfaceLoop& loop : handle_loops(mesh)) {
+      std::set<int> vertices, edges;
+      for (std::size_t i = 0; i < loop.strip.size(); ++i) {
+        const int face = loop.strip[i], next = loop.strip[(i + 1) % loop.strip.size()];
+        const auto &here = numbered.of[face], &there = numbered.of[next];
+        EXPECT_TRUE(std::ranges::any_of(here, [&](int e) { return std::ranges::count(there, e) > 0; }));
+        vertices.insert(mesh.triangles[face].begin(), mesh.triangles[face].end());
+        edges.insert(here.begin(), here.end());
+      }
+      EXPECT_EQ(std::set(loop.strip.begin(), loop.strip.end()).size(), loop.strip.size());
+      EXPECT_EQ(std::ssize(vertices) - std::ssize(edges) + std::ssize(loop.strip), 0);  // Euler's, of a band
+    }
   }
 }
 

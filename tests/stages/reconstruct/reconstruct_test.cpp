@@ -316,13 +316,19 @@ TEST(Reconstruct, SmallHandlesAreCutAndLargeOnesKept) {
   const auto plate = plate_with_holes({0.002, 0.004, 0.014});
   ASSERT_EQ(check_mesh(plate).euler, 2 - 2 * 3);
   ASSERT_EQ(geometry::flaw_of_solid(plate), "");
-  for (const auto& [loop_m, cut] : {std::pair{0.01, 0}, {0.02, 1}, {0.03, 2}, {0.04, 3}}) {
-    auto mesh = plate;
-    const auto done = cut_small_handles(mesh, loop_m);
-    EXPECT_EQ(done.handles, cut) << loop_m;
-    EXPECT_EQ(check_mesh(mesh).euler, 2 - 2 * (3 - cut)) << loop_m;
-    EXPECT_EQ(geometry::flaw_of_solid(mesh), "") << loop_m;
-    EXPECT_LE(done.moved_m, loop_m / 2);
+  // Turned, so that no coordinate is alike by design: loops run along edges and through vertices all the
+  // same.
+  for (double angle_rad : {0.0, 0.3, 1.1, 2.0}) {
+    const Eigen::AngleAxisd turn(angle_rad, Vec3(1, 2, 3).normalized());
+    for (const auto& [loop_m, cut] : {std::pair{0.01, 0}, {0.02, 1}, {0.03, 2}, {0.04, 3}}) {
+      auto mesh = plate;
+      for (Vec3& p : mesh.vertices) p = turn * p;
+      const auto done = cut_small_handles(mesh, loop_m);
+      EXPECT_EQ(done.handles, cut) << loop_m;
+      EXPECT_EQ(check_mesh(mesh).euler, 2 - 2 * (3 - cut)) << loop_m;
+      EXPECT_EQ(geometry::flaw_of_solid(mesh), "") << loop_m;
+      EXPECT_LE(done.moved_m, loop_m / 2);
+    }
   }
 }
 
