@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "topology/polyline.h"
+#include "topology/writhe_pair.h"
 
 namespace geocage::topology {
 
@@ -76,7 +77,16 @@ class WritheField {
   void by_points(const Eigen::MatrixXd& weights, Eigen::Matrix3Xd& first, Eigen::Matrix3Xd& second) const;
 
  private:
+  /// What a point of the first chain has with all of the second.
+  struct Row {
+    std::vector<WritheCorner> corners;
+    std::vector<WritheSide> sides;
+    void fill(const Vec3& a, const Polyline& second);
+  };
+
   double most_gradient_1pm_;
+  Row of_a_, of_b_;                 ///< of both ends of a segment of the first chain
+  std::vector<WritheSide> across_;  ///< between them
   Eigen::MatrixXd omega_;
   std::vector<SegmentGradient> gradients_;
 };

@@ -4,19 +4,6 @@
 
 namespace geocage::topology {
 
-WritheField::WritheField(int first_points, int second_points, double most_gradient_1pm)
-    : most_gradient_1pm_(most_gradient_1pm), omega_(first_points - 1, second_points - 1) {
-  gradients_.resize(static_cast<std::size_t>(omega_.size()));
-}
-
-void WritheField::evaluate(const Polyline& first, const Polyline& second) {
-  auto gradient = gradients_.begin();
-  for (Eigen::Index i = 0; i < omega_.rows(); ++i)
-    for (Eigen::Index j = 0; j < omega_.cols(); ++j)
-      omega_(i, j) =
-          segment_writhe(first[i], first[i + 1], second[j], second[j + 1], *gradient++, most_gradient_1pm_);
-}
-
 void WritheField::by_joints(const Eigen::MatrixXd& first, const Eigen::MatrixXd& second,
                             Eigen::MatrixXd& jacobian) const {
   jacobian.setZero(omega_.size(), std::max(first.cols(), second.cols()));

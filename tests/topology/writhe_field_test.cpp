@@ -167,6 +167,30 @@ Polyline bent(const Eigen::VectorXd& q, Eigen::MatrixXd* jacobian = nullptr) {
   return points;
 }
 
+// Sides that neighbours share are the same numbers, or their negatives: not even rounding differs.
+TEST(WritheField, EqualsItsPairsToTheBit) {
+  std::mt19937_64 random(5);
+  Polyline first = random_chain(random, 9), second = random_chain(random, 14);
+  second[4] = first[3];   // chains that touch
+  second[8] = second[7];  // a segment of no length
+  first[6] = 2 * first[5] - first[4];
+  for (double most : {no_cap_1pm, 5.0}) {
+    WritheField field(9, 14, most);
+    for (int round = 0; round < 2; ++round) {
+      field.evaluate(first, second);
+      for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 13; ++j) {
+          SegmentGradient g;
+          EXPECT_EQ(field.omega_sr()(i, j),
+                    segment_writhe(first[i], first[i + 1], second[j], second[j + 1], g, most));
+          const SegmentGradient& there = field.gradient(i, j);
+          EXPECT_TRUE(there.a == g.a && there.b == g.b && there.c == g.c && there.d == g.d) << i << ' ' << j;
+        }
+      first[2].z() += 0.1;  // a second question is not answered by the first
+    }
+  }
+}
+
 class ChainAndPole : public testing::Test {
  protected:
   const Polyline pole_ = {{0, 0.3, -1}, {0.1, 0.4, 0}, {0, 0.3, 1}};
