@@ -12,6 +12,8 @@
 #include <hwy/foreach_target.h>
 //
 #include <hwy/highway.h>
+//
+#include "topology/packed-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace geocage::topology {
@@ -318,7 +320,7 @@ int GrowRing(const GrowInput& input, int* order, int* slot, int head, int end, i
         }
         const auto count = static_cast<int>(hn::CountTrue(d, fresh));
         const auto kept = hn::FirstN(d, static_cast<std::size_t>(count));
-        hn::StoreU(hn::IfThenElse(kept, hn::Compress(neighbour, fresh), gap), d, order + reached);
+        hn::StoreU(hn::IfThenElse(kept, packed(d, neighbour, fresh), gap), d, order + reached);
         for (int j = 0; j < 3; ++j)
           slot[order[reached + j]] = reached + j + 1;  // seldom more; gaps don't mind
         for (int j = 3; j < count; ++j) slot[order[reached + j]] = reached + j + 1;
@@ -427,14 +429,14 @@ void SplitLinks(const LinkInput& input, int begin, int end, const LinkOutput& ou
       const std::uint32_t lower_bits = bits(lower);
       const int start = output.start[i], middle = start + std::popcount(lower_bits),
                 outer = middle + std::popcount(bits(same)), past = outer + std::popcount(bits(later));
-      hn::StoreU(hn::Compress(place, lower), d, output.near + start);
-      hn::StoreU(hn::Compress(place, same), d, output.near + middle);
-      hn::StoreU(hn::Compress(place, later), d, output.near + outer);
+      hn::StoreU(packed(d, place, lower), d, output.near + start);
+      hn::StoreU(packed(d, place, same), d, output.near + middle);
+      hn::StoreU(packed(d, place, later), d, output.near + outer);
       if (input.weight) {
         const auto weight = hn::LoadU(du, input.weight + first);
-        hn::StoreU(hn::Compress(weight, hn::RebindMask(du, lower)), du, output.weight + start);
-        hn::StoreU(hn::Compress(weight, hn::RebindMask(du, same)), du, output.weight + middle);
-        hn::StoreU(hn::Compress(weight, hn::RebindMask(du, later)), du, output.weight + outer);
+        hn::StoreU(packed(du, weight, hn::RebindMask(du, lower)), du, output.weight + start);
+        hn::StoreU(packed(du, weight, hn::RebindMask(du, same)), du, output.weight + middle);
+        hn::StoreU(packed(du, weight, hn::RebindMask(du, later)), du, output.weight + outer);
       }
       output.middle[i] = middle;
       output.outer[i] = outer;

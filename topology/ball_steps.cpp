@@ -10,6 +10,8 @@
 #include <hwy/foreach_target.h>
 //
 #include <hwy/highway.h>
+//
+#include "topology/packed-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace geocage::topology {
@@ -130,6 +132,30 @@ HWY_INLINE void gather_points(const double* from, const std::uint64_t* at, Vecto
   y = hn::OddEvenBlocks(hn::SwapAdjacentBlocks(high23), high01);
   z = hn::OddEvenBlocks(low23, hn::SwapAdjacentBlocks(low01));
 }
+#elif HWY_TARGET == HWY_AVX2
+template <class Vector>
+HWY_INLINE void gather_pairs(const std::uint64_t* from, const std::uint64_t* at, Vector& first,
+                             Vector& second) {
+  const Words w;
+  const hn::Half<Words> pair;
+  const auto records = [&](int l) {
+    return hn::Combine(w, hn::LoadU(pair, from + 2 * at[l + 2]), hn::LoadU(pair, from + 2 * at[l]));
+  };
+  const auto even = records(0), odd = records(1);
+  first = hn::InterleaveLower(w, even, odd);
+  second = hn::InterleaveUpper(w, even, odd);
+}
+
+template <class Vector>
+HWY_INLINE void gather_points(const double* from, const std::uint64_t* at, Vector& x, Vector& y, Vector& z) {
+  const Doubles d;
+  const auto point = [&](int l) { return hn::LoadU(d, from + 4 * at[l]); };
+  const auto p0 = point(0), p1 = point(1), p2 = point(2), p3 = point(3);
+  const auto low01 = hn::InterleaveLower(d, p0, p1), low23 = hn::InterleaveLower(d, p2, p3);
+  x = hn::ConcatLowerLower(d, low23, low01);
+  y = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, p2, p3), hn::InterleaveUpper(d, p0, p1));
+  z = hn::ConcatUpperUpper(d, low23, low01);
+}
 #endif
 
 /// What each lane's half-edge leads to; half-edge 0 stands in for none.
@@ -138,7 +164,7 @@ HWY_INLINE void look_ahead(const StepInput& input, Lanes& lanes) {
   const auto* const records = reinterpret_cast<const std::uint64_t*>(input.half_edges);
   const auto half_edge = hn::Load(w, lanes.half_edge);
   const auto somewhere = hn::IfThenZeroElse(hn::Eq(half_edge, hn::Set(w, nowhere)), half_edge);
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
   alignas(64) std::uint64_t at[width];
   hn::Store(somewhere, w, at);
   hn::Vec<Words> first, second;
@@ -175,7 +201,7 @@ HWY_INLINE std::uint32_t step(const StepInput& input, std::uint32_t stays, Lanes
   const std::uint8_t stay_bits[8] = {static_cast<std::uint8_t>(stays)};
   const auto stay = hn::LoadMaskBits(d, stay_bits);
 
-#if HWY_TARGET == HWY_AVX3
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
   hn::Vec<Doubles> x, y, z;
   gather_points(input.points, lanes.vertex, x, y, z);
 #else
@@ -314,7 +340,7 @@ int NearVertices(const NearInput& input, const int* low, const int* high, const 
         const auto there = hn::FirstN(d, static_cast<std::size_t>(end - i));
         const auto near = hn::And(there, hn::Le(square, hn::Mul(reach, reach)));
         const auto near_int = hn::RebindMask(di, near);
-        hn::StoreU(hn::Compress(hn::LoadU(di, input.items + i), near_int), di, found + count);
+        hn::StoreU(packed(di, hn::LoadU(di, input.items + i), near_int), di, found + count);
         count += static_cast<int>(hn::CountTrue(di, near_int));
       }
     }
