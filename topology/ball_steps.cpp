@@ -99,9 +99,9 @@ HWY_INLINE int turn_between(const Lanes& lanes, int l, const StepInput& input, d
   return v < 0 && cross > 0 ? 1 : v >= 0 && cross < 0 ? -1 : 0;
 }
 
+// gather_pairs: records of two words, one a lane, into their first and second words. gather_points: points of
+// four numbers into the first three. Loads and shuffles take less time than gathering.
 #if HWY_TARGET == HWY_AVX3
-/// Records of two words, one a lane, into their first and second words: loads and shuffles take less time
-/// than gathering.
 template <class Vector>
 HWY_INLINE void gather_pairs(const std::uint64_t* from, const std::uint64_t* at, Vector& first,
                              Vector& second) {
@@ -117,7 +117,6 @@ HWY_INLINE void gather_pairs(const std::uint64_t* from, const std::uint64_t* at,
   second = hn::InterleaveUpper(w, even, odd);
 }
 
-/// Points of four numbers, one a lane, into the first three.
 template <class Vector>
 HWY_INLINE void gather_points(const double* from, const std::uint64_t* at, Vector& x, Vector& y, Vector& z) {
   const Doubles d;
@@ -156,6 +155,24 @@ HWY_INLINE void gather_points(const double* from, const std::uint64_t* at, Vecto
   y = hn::ConcatLowerLower(d, hn::InterleaveUpper(d, p2, p3), hn::InterleaveUpper(d, p0, p1));
   z = hn::ConcatUpperUpper(d, low23, low01);
 }
+#else
+template <class Vector>
+HWY_INLINE void gather_pairs(const std::uint64_t* from, const std::uint64_t* at, Vector& first,
+                             Vector& second) {
+  const Words w;
+  const auto record = hn::BitCast(Whole(), hn::ShiftLeft<4>(hn::Load(w, at)));
+  first = hn::GatherOffset(w, from, record);
+  second = hn::GatherOffset(w, from + 1, record);
+}
+
+template <class Vector>
+HWY_INLINE void gather_points(const double* from, const std::uint64_t* at, Vector& x, Vector& y, Vector& z) {
+  const Doubles d;
+  const auto point = hn::BitCast(Whole(), hn::ShiftLeft<5>(hn::Load(Words(), at)));
+  x = hn::GatherOffset(d, from, point);
+  y = hn::GatherOffset(d, from + 1, point);
+  z = hn::GatherOffset(d, from + 2, point);
+}
 #endif
 
 /// What each lane's half-edge leads to; half-edge 0 stands in for none.
@@ -164,15 +181,10 @@ HWY_INLINE void look_ahead(const StepInput& input, Lanes& lanes) {
   const auto* const records = reinterpret_cast<const std::uint64_t*>(input.half_edges);
   const auto half_edge = hn::Load(w, lanes.half_edge);
   const auto somewhere = hn::IfThenZeroElse(hn::Eq(half_edge, hn::Set(w, nowhere)), half_edge);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
   alignas(64) std::uint64_t at[width];
   hn::Store(somewhere, w, at);
   hn::Vec<Words> first, second;
   gather_pairs(records, at, first, second);
-#else
-  const auto record = hn::BitCast(Whole(), hn::ShiftLeft<4>(somewhere));
-  const auto first = hn::GatherOffset(w, records, record), second = hn::GatherOffset(w, records + 1, record);
-#endif
   hn::Store(first, w, lanes.first);
   hn::Store(second, w, lanes.second);
   hn::Store(hn::And(first, hn::Set(w, std::uint64_t{0xffffffff})), w, lanes.vertex);
@@ -201,14 +213,8 @@ HWY_INLINE std::uint32_t step(const StepInput& input, std::uint32_t stays, Lanes
   const std::uint8_t stay_bits[8] = {static_cast<std::uint8_t>(stays)};
   const auto stay = hn::LoadMaskBits(d, stay_bits);
 
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
   hn::Vec<Doubles> x, y, z;
   gather_points(input.points, lanes.vertex, x, y, z);
-#else
-  const auto point = hn::BitCast(Whole(), hn::ShiftLeft<5>(vertex));
-  const auto x = hn::GatherOffset(d, input.points, point), y = hn::GatherOffset(d, input.points + 1, point),
-             z = hn::GatherOffset(d, input.points + 2, point);
-#endif
   const auto times = [&](const double(*by)[width], auto a, auto b, auto c) {
     return hn::Add(hn::Add(hn::Mul(hn::Load(d, by[0]), a), hn::Mul(hn::Load(d, by[1]), b)),
                    hn::Mul(hn::Load(d, by[2]), c));
