@@ -370,13 +370,13 @@ export function sweepPage(overview: Overview): Page {
         color: { field: 'series', type: 'nominal', title: null, scale: { range: ['#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9'] } },
       };
       const value = { field: y.value, type: 'quantitative' };
-      const known = (field: string) => [{ filter: `isValid(datum.${field})` }]; // no interval of a single object
+      const having = (field: string) => [{ filter: `isValid(datum.${field})` }]; // no interval of a single object
       into.append(plot(`${measure} over ${setting}`, caption, {
         width: 'container', height: 260, encoding,
         layer: [
-          ...(numeric ? [{ transform: known('bootstrap_low'), mark: { type: 'area', opacity: 0.15 }, encoding: { y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' } } },
+          ...(numeric ? [{ transform: having('bootstrap_low'), mark: { type: 'area', opacity: 0.15 }, encoding: { y: { field: 'bootstrap_low', type: 'quantitative' }, y2: { field: 'bootstrap_high' } } },
             { mark: { type: 'line' }, encoding: { y: value } }] : []),
-          { transform: known(y.low), mark: { type: 'rule', strokeWidth: 2 }, encoding: { y: { field: y.low, type: 'quantitative', title: y.share ? 'share' : measure, ...(y.share ? { scale: { domain: [0, 1] } } : {}) }, y2: { field: y.high } } },
+          { transform: having(y.low), mark: { type: 'rule', strokeWidth: 2 }, encoding: { y: { field: y.low, type: 'quantitative', title: y.share ? 'share' : measure, ...(y.share ? { scale: { domain: [0, 1] } } : {}) }, y2: { field: y.high } } },
           { mark: { type: 'point', filled: true, opacity: 1, size: 60 }, encoding: { y: value, shape: { field: 'series', type: 'nominal', title: null } } },
         ],
       }, rows, columns));
