@@ -27,7 +27,8 @@ using pipeline::UserError;
 void ImportParams::visit(pipeline::Fields& f) {
   f("unit", unit, {}, "unit of the file: m, cm, mm, inch, or metres per unit");
   f("scale", scale, {0.01, 100}, "makes the object larger or smaller, after its unit");
-  f("timeout_s", timeout_s, {0.1, 3600}, "how long the reader may take; with decimate, for each 10 MB");
+  f("timeout_s", timeout_s, {0.1, 3600},
+    "processor time of the reader, and six times that of the clock; with decimate, for each 10 MB");
   f("memory_gib", memory_gib, {0.1, 64}, "how much memory the reader may take");
   f("most_faces", most_faces, {4, 1e9}, "meshes with more faces are refused, or reduced");
   f("decimate", decimate, {0, 1e8}, "to about so many faces; 0 refuses them");
@@ -73,6 +74,7 @@ namespace {
 
 pipeline::WorkerLimits limits_of(const ImportParams& params) {
   pipeline::WorkerLimits limits{params.timeout_s, params.memory_gib};
+  limits.patience = 6;  // a busy machine refuses no file
   limits.hint =
       "if the file is sound, raise import.timeout_s or import.memory_gib; else write it anew with another "
       "tool";
