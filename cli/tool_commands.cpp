@@ -141,10 +141,10 @@ int score(const Shared& shared, const ScoreOptions& options) {
 namespace {
 
 /// One sentence where the linking integral has no value.
-void tell_touching(const topology::Polyline& a, const topology::Polyline& b) {
-  for (std::size_t i = 0; i + 1 < a.size(); ++i)
-    for (std::size_t j = 0; j + 1 < b.size(); ++j)
-      if (topology::segments_touch(a[i], a[i + 1], b[j], b[j + 1])) {
+void tell_touching(const topology::Polyline& a, const topology::Polyline& b, const Eigen::MatrixXd& omega) {
+  for (Eigen::Index i = 0; i < omega.rows(); ++i)
+    for (Eigen::Index j = 0; j < omega.cols(); ++j)
+      if (omega(i, j) == 0 && topology::segments_touch(a[i], a[i + 1], b[j], b[j + 1])) {
         tell(
             fmt::format("the curves touch, at segment {} of the first and {} of the second: the linking "
                         "integral jumps there, and 0 is written for segments that touch\n",
@@ -161,8 +161,8 @@ int writhe(const Shared& shared, const WritheOptions& options) {
     a.push_back(a.front());
     b.push_back(b.front());
   }
-  if (!shared.quiet) tell_touching(a, b);
   const Eigen::MatrixXd omega = topology::writhe_matrix(a, b);
+  if (!shared.quiet) tell_touching(a, b, omega);
   const double gli = topology::gauss_linking_integral(a, b);
   if (!shared.json) {
     for (Eigen::Index i = 0; i < omega.rows(); ++i)
